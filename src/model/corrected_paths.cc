@@ -12,33 +12,15 @@
 namespace sarblock {
 namespace {
 
-/// First and last time and largest range that each pass measured, and one of its looks.
-struct Span {
-  double first_s = std::numeric_limits<double>::infinity(), last_s = -first_s, range_m = 0.0;
-  std::size_t look = 0;
-};
-
-std::vector<Span> SpansOf(const Block& block) {
-  std::vector<Span> out(block.passes.size());
-  for (std::size_t i = 0; i < block.looks.size(); ++i) {
-    Span& span = out[block.looks.pass[i]];
-    span.first_s = std::min(span.first_s, block.looks.time_s[i]);
-    span.last_s = std::max(span.last_s, block.looks.time_s[i]);
-    span.range_m = std::max(span.range_m, block.looks.range_m[i]);
-    span.look = i;
-  }
-  return out;
-}
-
-ConeTurning MeasureTurning(const FlightPath& path, const Span& span) {
+ConeTurning MeasureTurning(const FlightPath& path, const PathUse& use) {
   ConeTurning out;
-  out.range_m = span.range_m;
-  if (!(span.first_s <= span.last_s)) return out;  // no look
+  out.range_m = use.range_m;
+  if (!(use.first_s <= use.last_s)) return out;  // no look
   std::vector<double> turning;
-  const std::size_t last = path.PieceOf(span.last_s);
-  for (std::size_t k = path.PieceOf(span.first_s); k <= last; ++k) {
+  const std::size_t last = path.PieceOf(use.last_s);
+  for (std::size_t k = path.PieceOf(use.first_s); k <= last; ++k) {
     const double square = path.PieceVelocity_mps(k).squaredNorm();
-    turning.push_back(path.AccelerationMisfit_mps2(k) * span.range_m / square);
+    turning.push_back(path.AccelerationMisfit_mps2(k) * use.range_m / square);
     if (turning.back() > ConeTurning::kFolding) ++out.folded;
   }
   out.pieces = turning.size();
@@ -105,59 +87,49 @@ struct AxisSums {
   }
 };
 
-VerticalTable VerticalsOf(const Block& block, std::size_t pass, const FlightPath& path) {
-  try {
-    return VerticalTable(block.frame, path);
-  } catch (const InputError& error) {
-    throw InputError("pass " + block.passes[pass].id, error.what());
+/// Track axes of a path at a time, at its nearer end beyond them; NaN where it has none.
+Eigen::Matrix3d ConstantAxes(const Frame& frame, const FlightPath& path, double time_s) {
+  Motion motion;
+  if (!path.Evaluate(std::clamp(time_s, path.start_s(), path.end_s()), &motion)) {
+    return Eigen::Matrix3d::Constant(std::numeric_limits<double>::quiet_NaN());
   }
+  return TrackAxesOf(frame, motion).axes;
 }
 
 }  // namespace
 
-CorrectedPaths::CorrectedPaths(const Block& block,
-                               const ParameterLayout& layout,
-                               const Simplified& simplified)
-    : block_(block),
-      layout_(layout),
-      rules_(block.passes.size()),
-      anchor_s_(block.passes.size(), 0.0) {
-  if (simplified.linear_velocity) {
-    for (const Pass& pass : block.passes) straightened_.push_back(StraightenedPath(pass));
+CorrectedPath::CorrectedPath(const Frame& frame,
+                             const FlightPath& path,
+                             const PassCorrections& corrections,
+                             const PathUse& use,
+                             const Simplified& simplified)
+    : frame_(&frame),
+      path_(&path),
+      corrections_(&corrections),
+      turning_(MeasureTurning(path, use)) {
+  if (simplified.flat_frame) {
+    plane_ = Plane{frame.VerticalAt(simplified.middle_m), simplified.middle_m};
   }
-  const std::vector<Span> spans = SpansOf(block);
-  for (std::size_t pass = 0; pass < block.passes.size(); ++pass) {
-    const FlightPath& path = PathOf(pass);
-    Rule& rule = rules_[pass];
-    rule.turning = MeasureTurning(path, spans[pass]);
-    const Span& span = spans[pass];
-    if (span.first_s <= span.last_s) {
-      if (rule.turning.largest > kMaxTurn) {
-        rule.steady = FindSteadyAcceleration(path, span.first_s, span.last_s, span.range_m);
-      }
-      const double speed_mps = path.PieceVelocity_mps(path.PieceOf(span.first_s)).norm();
-      rule.anchor_step_s =
-          AnchorStep_s(pass, block.ApproximateAzimuthSigma_m(span.look, speed_mps));
-    }
-    if (!layout.passes[pass].NeedsTrackAxes()) continue;
-    if (simplified.fixed_track_axes ||
-        (block.frame.kind() == FrameKind::kLocal && path.IsStraight())) {
-      rule.axes = TrackAxesUse::kConstant;
-      rule.constant_axes = AxesInTheMiddle(block.frame, path, block.passes[pass]);
-    } else {
-      rule.axes = TrackAxesUse::kTurning;
-      rule.verticals = VerticalsOf(block, pass, path);
-    }
+  if (use.first_s <= use.last_s) {
+    if (turning_.largest > kMaxTurn) steady_ = FindSteadyAcceleration(path, use);
+    anchor_step_s_ = AnchorStep_s(use.azimuth_sigma_m);
+  }
+  if (!corrections.NeedsTrackAxes()) return;
+  if (simplified.fixed_track_axes || (frame.kind() == FrameKind::kLocal && path.IsStraight())) {
+    axes_ = TrackAxesUse::kConstant;
+    constant_axes_ = ConstantAxes(frame, path, corrections.middle_s);
+  } else {
+    axes_ = TrackAxesUse::kTurning;
+    verticals_ = VerticalTable(frame, path);
   }
 }
 
 // The shortest window whose accelerations agree with those of one twice as long: noise falls with
 // the window's length to the power 3/2, what a longer window smears of the flight itself rises with
 // its square, and the first to agree is between the two (Lepski 1991).
-CorrectedPaths::SteadyAcceleration CorrectedPaths::FindSteadyAcceleration(const FlightPath& path,
-                                                                          double first_s,
-                                                                          double last_s,
-                                                                          double range_m) {
+CorrectedPath::SteadyAcceleration CorrectedPath::FindSteadyAcceleration(const FlightPath& path,
+                                                                        const PathUse& use) {
+  const double first_s = use.first_s, last_s = use.last_s;
   const double most_s = 0.25 * (path.end_s() - path.start_s());
   const std::size_t middle = path.PieceOf(0.5 * (first_s + last_s));
   double half_s = std::min(most_s, path.PieceEnd_s(middle) - path.PieceStart_s(middle));
@@ -172,7 +144,7 @@ CorrectedPaths::SteadyAcceleration CorrectedPaths::FindSteadyAcceleration(const 
       const double square = path.PieceVelocity_mps(path.PieceOf(time_s)).squaredNorm();
       const Eigen::Vector3d change_mps2 =
           VelocitySlope_mps2(path, time_s, 2.0 * half_s) - VelocitySlope_mps2(path, time_s, half_s);
-      change.push_back(change_mps2.norm() * range_m / square);
+      change.push_back(change_mps2.norm() * use.range_m / square);
     }
     const double median = MedianInPlace(&change);
     if (median < out.noise) {
@@ -191,17 +163,14 @@ CorrectedPaths::SteadyAcceleration CorrectedPaths::FindSteadyAcceleration(const 
   return out;
 }
 
-double CorrectedPaths::AnchorStep_s(std::size_t pass, double sigma_m) const {
-  const PassCorrections& c = layout_.passes[pass];
+double CorrectedPath::AnchorStep_s(double sigma_m) const {
+  const PassCorrections& c = *corrections_;
   if (c.time_bias.empty()) return 0.0;
-  const Rule& rule = rules_[pass];
-  const FlightPath& path = PathOf(pass);
   double step_s = std::numeric_limits<double>::infinity();
-  const bool noisy = IsNoisy(pass);
-  const double turning = noisy ? rule.steady.noise : rule.turning.largest;
+  const double turning = IsNoisy() ? steady_.noise : turning_.largest;
   if (turning > 0.0) {
-    const double speed_mps = path.PieceVelocity_mps(path.PieceOf(c.middle_s)).norm();
-    const double part = noisy ? kContinuedNoisy : kContinued;
+    const double speed_mps = path_->PieceVelocity_mps(path_->PieceOf(c.middle_s)).norm();
+    const double part = IsNoisy() ? kContinuedNoisy : kContinued;
     step_s = 2.0 * part * sigma_m / (turning * speed_mps);
   }
   if (!c.polynomials.empty()) step_s = std::min(step_s, kPartOfStrip * c.half_length_s);
@@ -211,40 +180,37 @@ double CorrectedPaths::AnchorStep_s(std::size_t pass, double sigma_m) const {
   return std::isfinite(step_s) ? step_s : 0.0;
 }
 
-bool CorrectedPaths::Anchor(const Eigen::VectorXd& x, double slack) {
-  bool changed = false;
-  for (std::size_t pass = 0; pass < rules_.size(); ++pass) {
-    const double step_s = rules_[pass].anchor_step_s;
-    if (step_s == 0.0) {
-      changed = changed || anchor_s_[pass] != 0.0;
-      anchor_s_[pass] = 0.0;
-      continue;
-    }
-    const double bias_s = layout_.TimeBias_s(pass, x);
-    if (std::abs(bias_s - anchor_s_[pass]) <= (0.5 + slack) * step_s && slack > 0.0) continue;
-    const double anchor_s = step_s * std::round(bias_s / step_s);
-    changed = changed || anchor_s != anchor_s_[pass];
-    anchor_s_[pass] = anchor_s;
+bool CorrectedPath::Anchor(double bias_s, double slack) {
+  double anchor_s = 0.0;
+  if (anchor_step_s_ > 0.0) {
+    if (std::abs(bias_s - anchor_s_) <= (0.5 + slack) * anchor_step_s_ && slack > 0.0) return false;
+    anchor_s = anchor_step_s_ * std::round(bias_s / anchor_step_s_);
   }
+  const bool changed = anchor_s != anchor_s_;
+  anchor_s_ = anchor_s;
   return changed;
 }
 
-bool CorrectedPaths::ReadNominal(std::size_t pass,
-                                 double time_s,
-                                 Motion* out,
-                                 std::size_t* piece) const {
-  if (!PathOf(pass).Read(time_s, Acceleration::kOfCubic, out, piece)) return false;
-  const SteadyAcceleration& steady = rules_[pass].steady;
-  const std::size_t knots = steady.knots_mps2.size();
+bool CorrectedPath::ReadNominal(double time_s, Motion* out, std::size_t* piece) const {
+  if (!path_->Read(time_s, Acceleration::kOfCubic, out, piece)) return false;
+  const std::size_t knots = steady_.knots_mps2.size();
   if (knots == 0) return true;
   const double place =
-      std::clamp((time_s - steady.start_s) / steady.step_s, 0.0, static_cast<double>(knots - 1));
+      std::clamp((time_s - steady_.start_s) / steady_.step_s, 0.0, static_cast<double>(knots - 1));
   const auto k = std::min(static_cast<std::size_t>(place), knots - 2);
   const double part = place - static_cast<double>(k);
-  const Eigen::Vector3d change_mps2 = steady.knots_mps2[k + 1] - steady.knots_mps2[k];
-  out->acceleration_mps2 = steady.knots_mps2[k] + part * change_mps2;
-  out->jerk_mps3 = change_mps2 / steady.step_s;
+  const Eigen::Vector3d change_mps2 = steady_.knots_mps2[k + 1] - steady_.knots_mps2[k];
+  out->acceleration_mps2 = steady_.knots_mps2[k] + part * change_mps2;
+  out->jerk_mps3 = change_mps2 / steady_.step_s;
   return true;
+}
+
+Vertical CorrectedPath::DelayVerticalAt(const Eigen::Vector3d& p_m) const {
+  if (!plane_) return frame_->VerticalAt(p_m);
+  Vertical plane = plane_->middle;
+  plane.height_m += plane.up.dot(p_m - plane_->middle_m);
+  plane.dup_dp.setZero();
+  return plane;
 }
 
 void TermAtTime::Read(const PassCorrections& pass, const PolynomialTerm& term, double t_s) {
@@ -286,17 +252,18 @@ void TermAtTime::Read(const SplineTerm& term, int first_column, double measured_
       {std::span(value).first(4), std::span(first).first(4), std::span(second).first(4)});
 }
 
-bool CorrectedPaths::Read(
-    std::size_t pass, double measured_s, double read_s, const double* x, PathReading* out) const {
-  const PassCorrections& c = layout_.passes[pass];
-  const Rule& rule = rules_[pass];
+bool CorrectedPath::Read(double measured_s,
+                         double read_s,
+                         const double* x,
+                         PathReading* out) const {
+  const PassCorrections& c = *corrections_;
   Motion& motion = out->motion;
   std::size_t piece = 0;
-  if (!ReadNominal(pass, read_s, &motion, &piece)) return false;
-  if (rule.axes == TrackAxesUse::kConstant) {
-    out->axes = &rule.constant_axes;
-  } else if (rule.axes == TrackAxesUse::kTurning) {
-    out->turning = TrackAxesOf(rule.verticals.At(piece, read_s), motion);
+  if (!ReadNominal(read_s, &motion, &piece)) return false;
+  if (axes_ == TrackAxesUse::kConstant) {
+    out->axes = &constant_axes_;
+  } else if (axes_ == TrackAxesUse::kTurning) {
+    out->turning = TrackAxesOf(verticals_.At(piece, read_s), motion);
     out->axes = &out->turning->axes;
   }
   AxisSums track, frame;
@@ -333,6 +300,60 @@ bool CorrectedPaths::Read(
     motion.acceleration_mps2 += frame.second;
   }
   return motion.position_m.allFinite() && motion.velocity_mps.allFinite();
+}
+
+std::vector<PathUse> PathUsesOf(const Block& block) {
+  std::vector<PathUse> out(block.passes.size());
+  std::vector<std::size_t> last(block.passes.size());
+  for (std::size_t i = 0; i < block.looks.size(); ++i) {
+    const std::size_t pass = block.looks.pass[i];
+    PathUse& use = out[pass];
+    use.first_s = std::min(use.first_s, block.looks.time_s[i]);
+    use.last_s = std::max(use.last_s, block.looks.time_s[i]);
+    use.range_m = std::max(use.range_m, block.looks.range_m[i]);
+    last[pass] = i;
+  }
+  for (std::size_t pass = 0; pass < out.size(); ++pass) {
+    PathUse& use = out[pass];
+    if (!(use.first_s <= use.last_s)) continue;
+    const FlightPath& path = block.passes[pass].path;
+    const double speed_mps = path.PieceVelocity_mps(path.PieceOf(use.first_s)).norm();
+    use.azimuth_sigma_m = block.ApproximateAzimuthSigma_m(last[pass], speed_mps);
+  }
+  return out;
+}
+
+CorrectedPaths::CorrectedPaths(const Block& block,
+                               const ParameterLayout& layout,
+                               const Simplified& simplified)
+    : layout_(layout) {
+  if (simplified.linear_velocity) {
+    for (const Pass& pass : block.passes) straightened_.push_back(StraightenedPath(pass));
+  }
+  const std::vector<PathUse> uses = PathUsesOf(block);
+  paths_.reserve(block.passes.size());
+  for (std::size_t pass = 0; pass < block.passes.size(); ++pass) {
+    const FlightPath& path = straightened_.empty() ? block.passes[pass].path : straightened_[pass];
+    try {
+      paths_.emplace_back(block.frame, path, layout.passes[pass], uses[pass], simplified);
+    } catch (const InputError& error) {
+      throw InputError("pass " + block.passes[pass].id, error.what());
+    }
+  }
+}
+
+bool CorrectedPaths::Anchor(const Eigen::VectorXd& x, double slack) {
+  bool changed = false;
+  for (std::size_t pass = 0; pass < paths_.size(); ++pass) {
+    changed = paths_[pass].Anchor(layout_.TimeBias_s(pass, x), slack) || changed;
+  }
+  return changed;
+}
+
+void CorrectedPaths::AnchorLike(const CorrectedPaths& other) {
+  for (std::size_t pass = 0; pass < paths_.size(); ++pass) {
+    paths_[pass].AnchorLike(other.paths_[pass]);
+  }
 }
 
 }  // namespace sarblock

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -55,54 +56,61 @@ struct PathReading {
   std::array<TermAtTime, ParameterLayout::kMaxPolynomials + ParameterLayout::kMaxSplines> terms;
 };
 
-/// The flight paths of a block under corrections. A path is read at a time; from there the antenna
-/// moves on with its acceleration and jerk (LookModel). Holds references to the block and the
-/// layout, which must outlive it. Thread-safe.
-class CorrectedPaths {
+/// What the looks of a pass say of how its path is to be read.
+struct PathUse {
+  double first_s = std::numeric_limits<double>::infinity(), last_s = -first_s;  ///< none: empty
+  double range_m = 0.0;                ///< largest measured
+  double azimuth_sigma_m = kNotGiven;  ///< of one of them, metres at the target
+};
+
+/// The flight path of a pass under its corrections. It is read at a time; from there the antenna
+/// moves on with its acceleration and jerk (EvaluateMeasuredLook). Holds references to the frame,
+/// the path and the corrections, which must outlive it. Thread-safe but for Anchor.
+class CorrectedPath {
  public:
-  CorrectedPaths(const Block& block, const ParameterLayout& layout, const Simplified& simplified);
+  /// Throws InputError where track axes are needed and the path has none.
+  CorrectedPath(const Frame& frame,
+                const FlightPath& path,
+                const PassCorrections& corrections,
+                const PathUse& use,
+                const Simplified& simplified);
 
   /// Part of the speed at which the cone passes over a point; where noise of the states turns the
   /// cone by more, the acceleration of the path without that noise takes the place of the cubic's.
   static constexpr double kMaxTurn = 0.01;
+
+  [[nodiscard]] const FlightPath& path() const { return *path_; }
+  [[nodiscard]] const PassCorrections& corrections() const { return *corrections_; }
+
   /// The nominal path at a time: position and velocity as recorded, acceleration and jerk as the
   /// antenna moves on from there. False too far beyond the path's ends. `piece`, where given,
   /// becomes the index of the piece.
-  [[nodiscard]] bool ReadNominal(std::size_t pass,
-                                 double time_s,
-                                 Motion* out,
-                                 std::size_t* piece = nullptr) const;
-  /// Whether noise of its states makes a pass be read with the acceleration without that noise.
-  [[nodiscard]] bool IsNoisy(std::size_t pass) const {
-    return !rules_[pass].steady.knots_mps2.empty();
-  }
-  /// Where the path is read for a look of a pass: at its measured time and the pass's anchor.
-  [[nodiscard]] double ReadingTime_s(std::size_t pass, double measured_s) const {
-    return measured_s + anchor_s_[pass];
-  }
-  /// Sets the anchors, whole steps of a grid, to the nearest of the time biases in all corrections
-  /// `x` of the block; returns whether one changed. A reading that moved with a time bias would
-  /// jump wherever it passes from one piece of the path to the next, and no step would end there;
-  /// one that stays is continued by its derivatives for what is left, less than half a step.
-  /// An anchor stays where its bias is within half a step and `slack` of one.
-  bool Anchor(const Eigen::VectorXd& x, double slack = 0.0);
-  /// Those of other corrections of the same passes.
-  void AnchorLike(const CorrectedPaths& other) { anchor_s_ = other.anchor_s_; }
-  [[nodiscard]] const ConeTurning& TurningOf(std::size_t pass) const {
-    return rules_[pass].turning;
-  }
-  [[nodiscard]] bool AxesTurn(std::size_t pass) const {
-    return rules_[pass].axes == TrackAxesUse::kTurning;
-  }
-  /// The nominal path: the block's, or straightened where the model is simplified.
-  [[nodiscard]] const FlightPath& PathOf(std::size_t pass) const {
-    return straightened_.empty() ? block_.passes[pass].path : straightened_[pass];
-  }
+  [[nodiscard]] bool ReadNominal(double time_s, Motion* out, std::size_t* piece = nullptr) const;
+  /// Whether noise of its states makes the pass be read with the acceleration without that noise.
+  [[nodiscard]] bool IsNoisy() const { return !steady_.knots_mps2.empty(); }
+  /// Where the path is read for a look: at its measured time and the anchor.
+  [[nodiscard]] double ReadingTime_s(double measured_s) const { return measured_s + anchor_s_; }
+  /// Sets the anchor, a whole number of steps of a grid, to the nearest of a time bias; returns
+  /// whether it changed. A reading that moved with a time bias would jump wherever it passes from
+  /// one piece of the path to the next, and no step would end there; one that stays is continued by
+  /// its derivatives for what is left, less than half a step. The anchor stays where the bias is
+  /// within half a step and `slack` of one.
+  bool Anchor(double bias_s, double slack = 0.0);
+  /// Reads where another reading of the same pass does.
+  void AnchorLike(const CorrectedPath& other) { anchor_s_ = other.anchor_s_; }
+  /// Reads this much after the measured times.
+  void AnchorAt(double anchor_s) { anchor_s_ = anchor_s; }
+  [[nodiscard]] const ConeTurning& turning() const { return turning_; }
+  [[nodiscard]] bool AxesTurn() const { return axes_ == TrackAxesUse::kTurning; }
+  /// The vertical that tropospheric delays see at a point.
+  [[nodiscard]] Vertical DelayVerticalAt(const Eigen::Vector3d& p_m) const;
 
-  /// Reads a pass at read_s under its local corrections `x`, measured_s choosing the pieces of
+  /// Reads the path at read_s under its local corrections `x`, measured_s choosing the pieces of
   /// splines. False too far beyond the path's ends or where corrections overflow.
-  [[nodiscard]] bool Read(
-      std::size_t pass, double measured_s, double read_s, const double* x, PathReading* out) const;
+  [[nodiscard]] bool Read(double measured_s,
+                          double read_s,
+                          const double* x,
+                          PathReading* out) const;
 
  private:
   enum class TrackAxesUse { kNone, kConstant, kTurning };
@@ -112,25 +120,50 @@ class CorrectedPaths {
     std::vector<Eigen::Vector3d> knots_mps2;  ///< empty: not used
     double noise = 0.0;  ///< how much of the speed of the cone the noise left turns it by
   };
-  /// How the path of a pass is read.
-  struct Rule {
-    TrackAxesUse axes = TrackAxesUse::kNone;
-    Eigen::Matrix3d constant_axes = Eigen::Matrix3d::Identity();  ///< kConstant
-    VerticalTable verticals;                                      ///< kTurning
-    ConeTurning turning;
-    SteadyAcceleration steady;
-    double anchor_step_s = 0.0;  ///< 0: the anchor stays 0
+  /// The tangent plane of a flat frame.
+  struct Plane {
+    Vertical middle;
+    Eigen::Vector3d middle_m;
   };
-  [[nodiscard]] double AnchorStep_s(std::size_t pass, double sigma_m) const;
+  [[nodiscard]] double AnchorStep_s(double sigma_m) const;
   [[nodiscard]] static SteadyAcceleration FindSteadyAcceleration(const FlightPath& path,
-                                                                 double first_s,
-                                                                 double last_s,
-                                                                 double range_m);
-  const Block& block_;
+                                                                 const PathUse& use);
+  const Frame* frame_;
+  const FlightPath* path_;
+  const PassCorrections* corrections_;
+  TrackAxesUse axes_ = TrackAxesUse::kNone;
+  Eigen::Matrix3d constant_axes_ = Eigen::Matrix3d::Identity();  // kConstant
+  VerticalTable verticals_;                                      // kTurning
+  ConeTurning turning_;
+  SteadyAcceleration steady_;
+  std::optional<Plane> plane_;
+  double anchor_step_s_ = 0.0;  // 0: the anchor stays 0
+  double anchor_s_ = 0.0;
+};
+
+/// What the looks of each pass of a block say of how its path is to be read.
+[[nodiscard]] std::vector<PathUse> PathUsesOf(const Block& block);
+
+/// The flight paths of a block under corrections. Holds references to the block and the layout,
+/// which must outlive it.
+class CorrectedPaths {
+ public:
+  /// Throws InputError naming a pass that needs track axes and has none.
+  CorrectedPaths(const Block& block, const ParameterLayout& layout, const Simplified& simplified);
+  CorrectedPaths(const CorrectedPaths&) = delete;  // a path refers to those that are straightened
+  CorrectedPaths& operator=(const CorrectedPaths&) = delete;
+
+  [[nodiscard]] const CorrectedPath& operator[](std::size_t pass) const { return paths_[pass]; }
+  /// Sets the anchors to the time biases in all corrections `x` of the block; returns whether one
+  /// changed (CorrectedPath::Anchor).
+  bool Anchor(const Eigen::VectorXd& x, double slack = 0.0);
+  /// Those of other corrections of the same passes.
+  void AnchorLike(const CorrectedPaths& other);
+
+ private:
   const ParameterLayout& layout_;
   std::vector<FlightPath> straightened_;  // by pass; empty: the block's
-  std::vector<Rule> rules_;               // by pass
-  std::vector<double> anchor_s_;          // by pass
+  std::vector<CorrectedPath> paths_;      // by pass
 };
 
 }  // namespace sarblock

@@ -42,12 +42,11 @@ class LayoutBuilder {
         own_of_[pass].push_back(&group);
       }
     }
-    if (const auto* position = std::get_if<PositionCorrection>(&group.model)) {
-      CheckPosition(group, *position);
-      if (position->basis == PositionCorrection::Basis::kSpline) {
-        AddSpline(group, *position, members);
-        return;
-      }
+    CheckCorrection(group);
+    const auto* position = std::get_if<PositionCorrection>(&group.model);
+    if (position != nullptr && position->basis == PositionCorrection::Basis::kSpline) {
+      AddSpline(group, *position, members);
+      return;
     }
     if (group.shared) {
       const int first = static_cast<int>(layout_.parameters.size());
@@ -57,7 +56,7 @@ class LayoutBuilder {
       for (const std::size_t pass : members) {
         PassCorrections& corrections = layout_.passes[pass];
         corrections.blocks.push_back(block);
-        Bind(group, corrections.static_columns, &corrections);
+        BindCorrection(group.model, corrections.static_columns, &corrections);
         corrections.static_columns += static_cast<int>(layout_.parameters.size()) - first;
       }
     } else {
@@ -72,7 +71,7 @@ class LayoutBuilder {
       corrections.blocks.push_back(block);
       for (const CorrectionGroup* group : groups) {
         const std::vector<Parameter> parameters = ParametersOf(*group);
-        Bind(*group, corrections.static_columns, &corrections);
+        BindCorrection(group->model, corrections.static_columns, &corrections);
         Append(block_.passes[pass].id, parameters);
         corrections.static_columns += static_cast<int>(parameters.size());
         layout_.blocks.back().size += static_cast<int>(parameters.size());
@@ -80,22 +79,7 @@ class LayoutBuilder {
     }
     BindPriors();
     for (std::size_t i = 0; i < layout_.passes.size(); ++i) {
-      const PassCorrections& corrections = layout_.passes[i];
-      CheckTerms(i,
-                 "position (polynomial)",
-                 corrections.polynomials.size(),
-                 ParameterLayout::kMaxPolynomials);
-      CheckTerms(i, "position (spline)", corrections.splines.size(), ParameterLayout::kMaxSplines);
-      CheckTerms(
-          i, "troposphere", corrections.troposphere.size(), ParameterLayout::kMaxTroposphere);
-      int columns = corrections.static_columns;
-      for (const SplineTerm& term : corrections.splines) columns += 4 * term.component_count;
-      if (columns > ParameterLayout::kMaxLocalColumns) {
-        throw InputError("correction",
-                         "pass " + block_.passes[i].id + " has " + std::to_string(columns) +
-                             " parameters at one look, at most " +
-                             std::to_string(ParameterLayout::kMaxLocalColumns) + " are allowed");
-      }
+      CheckLimits(block_.passes[i].id, layout_.passes[i]);
     }
     return std::move(layout_);
   }
@@ -122,48 +106,6 @@ class LayoutBuilder {
     return members;
   }
 
-  static void CheckPosition(const CorrectionGroup& group, const PositionCorrection& position) {
-    const std::string key = "correction." + group.name;
-    const bool spline = position.basis == PositionCorrection::Basis::kSpline;
-    if (position.degree < 0 || position.degree > PositionCorrection::kMaxDegree) {
-      throw InputError(key + ".degree",
-                       std::to_string(position.degree) + " is outside 0 to " +
-                           std::to_string(PositionCorrection::kMaxDegree));
-    }
-    const auto on = std::count(position.components.begin(), position.components.end(), true);
-    if (on == 0) throw InputError(key + ".components", "is empty, name at least one axis");
-    for (const std::vector<double>& sigma_m : position.prior_sigma_m) {
-      const bool fits =
-          sigma_m.size() <= 1 ||
-          (!spline && sigma_m.size() == static_cast<std::size_t>(position.degree) + 1);
-      if (!fits) {
-        throw InputError(key + ".sigma_m",
-                         std::to_string(sigma_m.size()) +
-                             " values for one axis, allowed are one value or one a degree");
-      }
-    }
-  }
-
-  /// Connects a group's columns, from `column` on in the order of ParametersOf, to the effects of a
-  /// pass.
-  static void Bind(const CorrectionGroup& group, int column, PassCorrections* pass) {
-    if (const auto* position = std::get_if<PositionCorrection>(&group.model)) {
-      pass->polynomials.push_back({position->axes, position->components, position->degree, column});
-    } else if (const auto* velocity = std::get_if<VelocityCorrection>(&group.model)) {
-      if (velocity->components[0]) pass->velocity_across.push_back(column++);
-      if (velocity->components[1]) pass->velocity_up.push_back(column);
-    } else if (const auto* range = std::get_if<RangeCorrection>(&group.model)) {
-      if (range->bias) pass->range_bias.push_back(column++);
-      if (range->scale) pass->range_scale.push_back(column);
-    } else if (std::holds_alternative<TimeCorrection>(group.model)) {
-      pass->time_bias.push_back(column);
-    } else if (std::holds_alternative<SquintCorrection>(group.model)) {
-      pass->squint_bias.push_back(column);
-    } else if (const auto* air = std::get_if<TroposphereCorrection>(&group.model)) {
-      pass->troposphere.push_back({column, air->scale_height_m});
-    }
-  }
-
   void AddSpline(const CorrectionGroup& group,
                  const PositionCorrection& position,
                  const std::vector<std::size_t>& members) {
@@ -181,12 +123,7 @@ class LayoutBuilder {
         start_s = std::min(start_s, block_.passes[pass].start_s);
         end_s = std::max(end_s, block_.passes[pass].end_s);
       }
-      SplineTerm term;
-      term.axes = position.axes;
-      term.components = position.components;
-      term.component_count = static_cast<int>(
-          std::count(position.components.begin(), position.components.end(), true));
-      term.spline = UniformSpline(start_s, end_s, position.knot_spacing_s);
+      SplineTerm term = MakeSplineTerm(position, start_s, end_s);
       term.first_block = static_cast<int>(layout_.blocks.size());
       const std::string owner = group.shared ? group.name : block_.passes[set.front()].id;
       for (std::size_t q = 0; q < term.spline.count(); ++q) {
@@ -232,14 +169,6 @@ class LayoutBuilder {
     }
   }
 
-  void CheckTerms(std::size_t pass, const char* kind, std::size_t count, std::size_t most) const {
-    if (count <= most) return;
-    throw InputError("correction",
-                     "pass " + block_.passes[pass].id + " has " + std::to_string(count) +
-                         " groups of " + kind + ", at most " + std::to_string(most) +
-                         " are allowed");
-  }
-
   int NewBlock(int size, bool shared) {
     layout_.blocks.push_back({static_cast<int>(layout_.parameters.size()), size, shared});
     return static_cast<int>(layout_.blocks.size()) - 1;
@@ -272,6 +201,93 @@ bool Overlap(const CorrectionGroup& a, const CorrectionGroup& b) {
     if (one->components[axis] && two->components[axis]) return true;
   }
   return false;
+}
+
+void BindCorrection(const Correction& correction, int column, PassCorrections* pass) {
+  if (const auto* position = std::get_if<PositionCorrection>(&correction)) {
+    pass->polynomials.push_back({position->axes, position->components, position->degree, column});
+  } else if (const auto* velocity = std::get_if<VelocityCorrection>(&correction)) {
+    if (velocity->components[0]) pass->velocity_across.push_back(column++);
+    if (velocity->components[1]) pass->velocity_up.push_back(column);
+  } else if (const auto* range = std::get_if<RangeCorrection>(&correction)) {
+    if (range->bias) pass->range_bias.push_back(column++);
+    if (range->scale) pass->range_scale.push_back(column);
+  } else if (std::holds_alternative<TimeCorrection>(correction)) {
+    pass->time_bias.push_back(column);
+  } else if (std::holds_alternative<SquintCorrection>(correction)) {
+    pass->squint_bias.push_back(column);
+  } else if (const auto* air = std::get_if<TroposphereCorrection>(&correction)) {
+    pass->troposphere.push_back({column, air->scale_height_m});
+  }
+}
+
+SplineTerm MakeSplineTerm(const PositionCorrection& position, double start_s, double end_s) {
+  SplineTerm term;
+  term.axes = position.axes;
+  term.components = position.components;
+  term.component_count =
+      static_cast<int>(std::count(position.components.begin(), position.components.end(), true));
+  term.spline = UniformSpline(start_s, end_s, position.knot_spacing_s);
+  return term;
+}
+
+void CheckCorrection(const CorrectionGroup& group) {
+  const std::string key = "correction." + group.name;
+  const auto check_sigma = [&key](double sigma) {
+    if (std::isnan(sigma) || (sigma > 0.0 && std::isfinite(sigma))) return;
+    throw InputError(key,
+                     "the standard deviation of a prior must be finite and above 0, got " +
+                         std::to_string(sigma));
+  };
+  if (const auto* position = std::get_if<PositionCorrection>(&group.model)) {
+    const bool spline = position->basis == PositionCorrection::Basis::kSpline;
+    if (position->degree < 0 || position->degree > PositionCorrection::kMaxDegree) {
+      throw InputError(key + ".degree",
+                       std::to_string(position->degree) + " is outside 0 to " +
+                           std::to_string(PositionCorrection::kMaxDegree));
+    }
+    const auto on = std::count(position->components.begin(), position->components.end(), true);
+    if (on == 0) throw InputError(key + ".components", "is empty, name at least one axis");
+    for (const std::vector<double>& sigma_m : position->prior_sigma_m) {
+      const bool fits =
+          sigma_m.size() <= 1 ||
+          (!spline && sigma_m.size() == static_cast<std::size_t>(position->degree) + 1);
+      if (!fits) {
+        throw InputError(key + ".sigma_m",
+                         std::to_string(sigma_m.size()) +
+                             " values for one axis, allowed are one value or one a degree");
+      }
+      for (const double sigma : sigma_m) check_sigma(sigma);
+    }
+    return;
+  }
+  for (const Parameter& parameter : ParametersOf(group)) check_sigma(parameter.prior_sigma);
+  if (const auto* air = std::get_if<TroposphereCorrection>(&group.model)) {
+    if (!(air->scale_height_m > 0.0)) {
+      throw InputError(key + ".scale_height_m",
+                       "must be above 0, got " + std::to_string(air->scale_height_m));
+    }
+  }
+}
+
+void CheckLimits(const std::string& pass_id, const PassCorrections& pass) {
+  const auto check = [&pass_id](const char* kind, std::size_t count, std::size_t most) {
+    if (count <= most) return;
+    throw InputError("correction",
+                     "pass " + pass_id + " has " + std::to_string(count) + " groups of " + kind +
+                         ", at most " + std::to_string(most) + " are allowed");
+  };
+  check("position (polynomial)", pass.polynomials.size(), ParameterLayout::kMaxPolynomials);
+  check("position (spline)", pass.splines.size(), ParameterLayout::kMaxSplines);
+  check("troposphere", pass.troposphere.size(), ParameterLayout::kMaxTroposphere);
+  int columns = pass.static_columns;
+  for (const SplineTerm& term : pass.splines) columns += 4 * term.component_count;
+  if (columns > ParameterLayout::kMaxLocalColumns) {
+    throw InputError("correction",
+                     "pass " + pass_id + " has " + std::to_string(columns) +
+                         " parameters at one look, at most " +
+                         std::to_string(ParameterLayout::kMaxLocalColumns) + " are allowed");
+  }
 }
 
 bool PassCorrections::NeedsTrackAxes() const {

@@ -87,6 +87,24 @@ struct ParameterLayout {
   [[nodiscard]] double TimeBias_s(std::size_t pass, const Eigen::VectorXd& corrections) const;
 };
 
+/// Connects the parameters of a correction that is no spline, from local column `column` on in the
+/// order of ParametersOf, to what they correct of a pass.
+void BindCorrection(const Correction& correction, int column, PassCorrections* pass);
+
+/// The spline of a correction over a span; its first block is not set. Throws InputError for knots
+/// that UniformSpline refuses.
+[[nodiscard]] SplineTerm MakeSplineTerm(const PositionCorrection& position,
+                                        double start_s,
+                                        double end_s);
+
+/// Throws InputError, its key beginning with "correction." and the group's name, for a position
+/// correction with a degree that is not allowed, no component or priors of the wrong number, and
+/// for a standard deviation of a prior or a scale height that is not finite and positive.
+void CheckCorrection(const CorrectionGroup& group);
+
+/// Throws InputError where a pass has more terms or local columns than a look may touch.
+void CheckLimits(const std::string& pass_id, const PassCorrections& pass);
+
 /// One whitened equation of a prior, the sum of weight (c - c0) over its terms.
 struct PriorRow {
   struct Term {

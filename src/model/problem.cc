@@ -15,18 +15,25 @@ namespace {
 
 constexpr std::size_t kPointsPerChunk = 4096;
 
-ControlEquations MakeControl(const Block& block, const KnownPosition& known) {
+double RelativeChange(double now, double before) { return std::abs(now - before) / now; }
+
+}  // namespace
+
+ControlEquations MakeControl(const Frame& frame,
+                             const KnownPosition& known,
+                             const Eigen::Vector3d& known_m,
+                             const std::string& id) {
   ControlEquations control;
   control.point = known.point;
-  control.known_m = block.points.given_m[known.point];
+  control.known_m = known_m;
   std::array<int, 3> fixed{};
   for (int i = 0; i < 3; ++i) {
     if (known.fixed[static_cast<std::size_t>(i)])
       fixed[static_cast<std::size_t>(control.rows++)] = i;
   }
   control.height_only =
-      control.rows == 1 && fixed[0] == 2 && block.frame.kind() == FrameKind::kGeocentric;
-  const Eigen::Matrix3d enu_from_frame = block.frame.EnuFromFrame(control.known_m);
+      control.rows == 1 && fixed[0] == 2 && frame.kind() == FrameKind::kGeocentric;
+  const Eigen::Matrix3d enu_from_frame = frame.EnuFromFrame(control.known_m);
   Eigen::MatrixXd covariance(control.rows, control.rows), rotation(control.rows, 3);
   for (int i = 0; i < control.rows; ++i) {
     rotation.row(i) = enu_from_frame.row(fixed[static_cast<std::size_t>(i)]);
@@ -37,16 +44,11 @@ ControlEquations MakeControl(const Block& block, const KnownPosition& known) {
   }
   const dense::Cholesky factor(covariance);
   if (!factor.positive_definite()) {
-    throw InputError("point " + std::string(block.points.ids[known.point]),
-                     "the covariance of the control is not positive definite");
+    throw InputError("point " + id, "the covariance of the control is not positive definite");
   }
   control.weight.topRows(control.rows) = factor.SolveLower(rotation);
   return control;
 }
-
-double RelativeChange(double now, double before) { return std::abs(now - before) / now; }
-
-}  // namespace
 
 ControlEvaluation EvaluateControl(const Frame& frame,
                                   const ControlEquations& control,
@@ -87,7 +89,10 @@ AdjustmentProblem::AdjustmentProblem(const Block& source,
     const bool any = known.fixed[0] || known.fixed[1] || known.fixed[2];
     if (block.points.role[known.point] != PointRole::kControl || !any) continue;
     control_of[known.point] = static_cast<std::int32_t>(control.size());
-    control.push_back(MakeControl(block, known));
+    control.push_back(MakeControl(block.frame,
+                                  known,
+                                  block.points.given_m[known.point],
+                                  std::string(block.points.ids[known.point])));
   }
 }
 

@@ -40,6 +40,13 @@ struct ControlEquations {
   Eigen::Vector3d known_m = Eigen::Vector3d::Zero();
 };
 
+/// Throws InputError naming `id` unless the covariance of the fixed components is positive
+/// definite.
+[[nodiscard]] ControlEquations MakeControl(const Frame& frame,
+                                           const KnownPosition& known,
+                                           const Eigen::Vector3d& known_m,
+                                           const std::string& id);
+
 /// Value and Jacobian of control equations at a position start + displacement.
 struct ControlEvaluation {
   Eigen::Vector3d residual = Eigen::Vector3d::Zero();  ///< first `rows` entries [1]

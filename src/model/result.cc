@@ -8,8 +8,6 @@
 #include <limits>
 #include <vector>
 
-#include "geometry/track_axes.h"
-
 namespace sarblock {
 
 FlightPath StraightenedPath(const Pass& pass) {
@@ -37,16 +35,6 @@ FlightPath StraightenedPath(const Pass& pass) {
   const Eigen::Vector3d last_m = first_m + (path.end_s() - path.start_s()) * velocity_mps;
   return FlightPath(std::vector<StateVector>{{path.start_s(), first_m, velocity_mps},
                                              {path.end_s(), last_m, velocity_mps}});
-}
-
-Eigen::Matrix3d AxesInTheMiddle(const Frame& frame, const FlightPath& path, const Pass& pass) {
-  const double middle_s =
-      std::clamp(0.5 * (pass.start_s + pass.end_s), path.start_s(), path.end_s());
-  Motion motion;
-  if (!path.Evaluate(middle_s, &motion)) {
-    return Eigen::Matrix3d::Constant(std::numeric_limits<double>::quiet_NaN());
-  }
-  return TrackAxesOf(frame, motion).axes;
 }
 
 bool LeavesOut(const BlunderFinding& finding) {

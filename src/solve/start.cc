@@ -97,7 +97,7 @@ PointStart StartOf(const AdjustmentProblem& problem,
 /// passes over a point several times: no time of such a look means anything.
 void RequireSteadyCones(const AdjustmentProblem& problem) {
   for (std::size_t pass = 0; pass < problem.block.passes.size(); ++pass) {
-    const ConeTurning& turning = problem.model.paths().TurningOf(pass);
+    const ConeTurning& turning = problem.model.paths()[pass].turning();
     if (!(turning.median > ConeTurning::kFolding)) continue;
     std::array<char, 640> text{};
     std::snprintf(

@@ -247,9 +247,9 @@ class LookModelOf {
     const T h = T(states[k + 1].time_s) - T(states[k].time_s);
     const T u = T(read_s) - T(states[k].time_s);
     // The acceleration of a noisy path is a given number.
-    const bool noisy = problem_.model.paths().IsNoisy(pass_index);
+    const bool noisy = problem_.model.paths()[pass_index].IsNoisy();
     Motion steady;
-    if (noisy) CHECK(problem_.model.paths().ReadNominal(pass_index, read_s, &steady));
+    if (noisy) CHECK(problem_.model.paths()[pass_index].ReadNominal(read_s, &steady));
     const Vec<T> a_steady = Cast<T>(steady.acceleration_mps2), j_steady = Cast<T>(steady.jerk_mps3);
     Nominal out;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -341,7 +341,7 @@ LookAt<T> LookModelOf<T>::Evaluate(std::size_t look,
   };
 
   // The corrected path and what moves it.
-  const double read_s = problem_.model.paths().ReadingTime_s(pass, measured_s);
+  const double read_s = problem_.model.paths()[pass].ReadingTime_s(measured_s);
   const T t = T(read_s);
   const T shift_s = (exact_time ? T(0) : shift) + (T(measured_s) - t) + sum(c.time_bias);
   const Nominal nominal = NominalAt(pass, read_s);

@@ -127,7 +127,7 @@ class Normals {
           time.emplace_back(column, Digits(w.azimuth_per_unit) * t);
         };
     const Looks& looks = problem_.block.looks;
-    const Digits read = problem_.model.paths().ReadingTime_s(looks.pass[look], looks.time_s[look]);
+    const Digits read = problem_.model.paths()[looks.pass[look]].ReadingTime_s(looks.time_s[look]);
     std::pair<std::string, std::string> moved;
     Digits by = 0;
     const Twin::Value value = [&](const std::string& owner, const std::string& name) {

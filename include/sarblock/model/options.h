@@ -66,16 +66,18 @@ struct TroposphereCorrection {
   double scale_height_m = 7000.0;
 };
 
+/// A correction of one kind.
+using Correction = std::variant<PositionCorrection,
+                                VelocityCorrection,
+                                RangeCorrection,
+                                TimeCorrection,
+                                SquintCorrection,
+                                TroposphereCorrection>;
+
 /// One group of corrections for some passes.
 struct CorrectionGroup {
   std::string name;  ///< as in the file ("position", "range"); owner of shared parameters
-  std::variant<PositionCorrection,
-               VelocityCorrection,
-               RangeCorrection,
-               TimeCorrection,
-               SquintCorrection,
-               TroposphereCorrection>
-      model;
+  Correction model;
   std::vector<std::string> passes;  ///< empty: all
   bool shared = false;              ///< one set of parameters for all of `passes`
 };

@@ -37,11 +37,6 @@ struct Simplified {
 /// over the whole path. A path that is straight already, or hardly gets anywhere, is left as it is.
 [[nodiscard]] FlightPath StraightenedPath(const Pass& pass);
 
-/// Track axes of a nominal path at the middle of a pass's strip; NaN where it has none.
-[[nodiscard]] Eigen::Matrix3d AxesInTheMiddle(const Frame& frame,
-                                              const FlightPath& path,
-                                              const Pass& pass);
-
 /// What a result is worth. Terminal, summary.json, report and exit code repeat this one judgement
 /// (docs/theory/quality.md).
 enum class Verdict : std::uint8_t {
