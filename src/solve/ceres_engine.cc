@@ -3,12 +3,12 @@
 
 #include "sarblock/core/error.h"
 
-#include <algorithm>
-#include <array>
 #include <limits>
+#include <memory>
 #include <string>
 
 #include "core/threads.h"
+#include "cost/look_cost.h"
 #include "model/problem.h"
 #include "normals/point.h"
 #include "reduced_engine.h"
@@ -101,110 +101,6 @@ class IterationWatch final : public ceres::IterationCallback {
 
 }  // namespace
 
-LookCost::LookCost(const AdjustmentProblem& problem,
-                   const BlockState& state,
-                   std::size_t point,
-                   std::size_t look)
-    : problem_(problem),
-      state_(state),
-      point_(static_cast<std::uint32_t>(point)),
-      look_(static_cast<std::uint32_t>(look)) {
-  set_num_residuals(2);
-  mutable_parameter_block_sizes()->push_back(3);
-  LookColumns columns;
-  problem.model.ColumnsOf(look, &columns);
-  for (int b = 0; b < columns.block_count; ++b) {
-    mutable_parameter_block_sizes()->push_back(
-        problem.layout.blocks[static_cast<std::size_t>(columns.block[static_cast<std::size_t>(b)])]
-            .size);
-  }
-}
-
-bool LookCost::Evaluate(double const* const* blocks, double* residuals, double** jacobians) const {
-  LookColumns columns;
-  problem_.model.ColumnsOf(look_, &columns);
-  std::array<double, ParameterLayout::kMaxLocalColumns> local;
-  double* next = local.data();
-  const std::vector<int>& sizes = parameter_block_sizes();
-  for (std::size_t b = 1; b < sizes.size(); ++b) next = std::copy_n(blocks[b], sizes[b], next);
-  LookEvaluation at;
-  const Eigen::Vector3d displacement_m(blocks[0]);
-  if (!problem_.model.Evaluate(
-          {look_, columns, state_.start_m[point_], displacement_m, local.data()},
-          problem_.weights[look_],
-          &at)) {
-    return false;
-  }
-  Eigen::Map<Eigen::Vector2d>{residuals} = at.whitened_error;
-  if (jacobians == nullptr) return true;
-  if (jacobians[0] != nullptr) {
-    Eigen::Map<Eigen::Matrix<double, 2, 3, Eigen::RowMajor>>{jacobians[0]} = at.d_point;
-  }
-  std::size_t column = 0;
-  for (std::size_t b = 1; b < sizes.size(); ++b) {
-    const auto size = static_cast<std::size_t>(sizes[b]);
-    for (std::size_t r = 0; r < 2 && jacobians[b] != nullptr; ++r) {
-      std::copy_n(at.row[r].data() + column, size, jacobians[b] + r * size);
-    }
-    column += size;
-  }
-  return true;
-}
-
-ControlCost::ControlCost(const AdjustmentProblem& problem,
-                         const BlockState& state,
-                         const ControlEquations& control)
-    : problem_(problem), state_(state), control_(control) {
-  set_num_residuals(control.rows);
-  mutable_parameter_block_sizes()->push_back(3);
-}
-
-bool ControlCost::Evaluate(double const* const* blocks,
-                           double* residuals,
-                           double** jacobians) const {
-  const ControlEvaluation at = EvaluateControl(problem_.block.frame,
-                                               control_,
-                                               state_.start_m[control_.point],
-                                               Eigen::Map<const Eigen::Vector3d>(blocks[0]));
-  for (int i = 0; i < control_.rows; ++i) residuals[i] = at.residual[i];
-  if (jacobians != nullptr && jacobians[0] != nullptr) {
-    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>>(
-        jacobians[0], control_.rows, 3) = at.d_point.topRows(control_.rows);
-  }
-  return at.residual.allFinite();
-}
-
-PriorCost::PriorCost(const ParameterLayout& layout, int block)
-    : size_(layout.blocks[static_cast<std::size_t>(block)].size) {
-  const int offset = layout.blocks[static_cast<std::size_t>(block)].offset;
-  for (const PriorRow& row : PriorRowsOf(layout, block)) {
-    std::vector<Term>& terms = rows_.emplace_back();
-    for (const PriorRow::Term& term : row.terms) {
-      const Parameter& parameter = layout.parameters[static_cast<std::size_t>(term.parameter)];
-      terms.push_back({term.parameter - offset, term.weight, parameter.prior_value});
-    }
-  }
-  set_num_residuals(static_cast<int>(rows_.size()));
-  mutable_parameter_block_sizes()->push_back(size_);
-}
-
-bool PriorCost::Evaluate(double const* const* blocks, double* residuals, double** jacobians) const {
-  if (jacobians != nullptr && jacobians[0] != nullptr) {
-    std::fill_n(jacobians[0], static_cast<std::size_t>(size_) * rows_.size(), 0.0);
-  }
-  for (std::size_t r = 0; r < rows_.size(); ++r) {
-    residuals[r] = 0.0;
-    for (const auto [index, weight, value] : rows_[r]) {
-      residuals[r] += weight * (blocks[0][index] - value);
-      if (jacobians != nullptr && jacobians[0] != nullptr) {
-        jacobians[0][r * static_cast<std::size_t>(size_) + static_cast<std::size_t>(index)] =
-            weight;
-      }
-    }
-  }
-  return true;
-}
-
 std::unique_ptr<ceres::Problem> MakeCeresProblem(const AdjustmentProblem& problem,
                                                  const Weighting& weighting,
                                                  const BlockState& state,
@@ -223,10 +119,11 @@ std::unique_ptr<ceres::Problem> MakeCeresProblem(const AdjustmentProblem& proble
   for (std::size_t b = 0; b < problem.layout.blocks.size(); ++b) {
     const ParameterBlock& block = problem.layout.blocks[b];
     out->AddParameterBlock(unknowns.corrections + block.offset, block.size);
-    auto prior = std::make_unique<PriorCost>(problem.layout, static_cast<int>(b));
-    if (prior->num_residuals() == 0) continue;
+    CostPointer prior = PriorCostOf(problem.layout, static_cast<int>(b));
+    if (prior == nullptr) continue;
     out->AddResidualBlock(prior.release(), nullptr, unknowns.corrections + block.offset);
   }
+  const std::vector<FlightPointer> flights = FlightsOf(problem);
   for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
     if (!problem.Solves(point)) continue;
     double* displacement = unknowns.displacements_m + 3 * point;
@@ -239,13 +136,15 @@ std::unique_ptr<ceres::Problem> MakeCeresProblem(const AdjustmentProblem& proble
             static_cast<std::size_t>(columns.block[static_cast<std::size_t>(b)]);
         blocks.push_back(unknowns.corrections + problem.layout.blocks[block].offset);
       }
-      out->AddResidualBlock(new LookCost(problem, state, point, i), loss, blocks);
+      CostPointer cost = LookCostOf(problem, flights[looks.pass[i]], &state.start_m[point], i);
+      out->AddResidualBlock(cost.release(), loss, blocks);
       loss_taken = true;
     }
     if (problem.control_of[point] >= 0) {
       const auto index = static_cast<std::size_t>(problem.control_of[point]);
-      out->AddResidualBlock(
-          new ControlCost(problem, state, problem.control[index]), nullptr, displacement);
+      CostPointer cost =
+          ControlCostOf(problem.block.frame, problem.control[index], &state.start_m[point]);
+      out->AddResidualBlock(cost.release(), nullptr, displacement);
     }
   }
   if (!loss_taken) delete loss;

@@ -9,63 +9,10 @@
 #include "model/problem.h"
 #include "normals/point.h"
 #include "reduced_engine.h"
-#include <ceres/cost_function.h>
 #include <ceres/evaluation_callback.h>
 #include <ceres/problem.h>
 
 namespace sarblock {
-
-/// Both weighted measurements of one look (LookModel) as a Ceres cost function.
-///
-/// Blocks: the point's displacement [3, m], then the parameter blocks of the look's columns.
-/// Residuals: 2, standard normal if the model is true. Analytic Jacobians.
-/// Domain: returns false where LookModel::Evaluate does; Ceres rejects the step. Never throws.
-/// `problem` and `state` (its start positions) must outlive it.
-class LookCost final : public ceres::CostFunction {
- public:
-  LookCost(const AdjustmentProblem& problem,
-           const BlockState& state,
-           std::size_t point,
-           std::size_t look);
-  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override;
-
- private:
-  const AdjustmentProblem& problem_;
-  const BlockState& state_;
-  std::uint32_t point_;
-  std::uint32_t look_;
-};
-
-/// Control equations of one point as a Ceres cost function; block: the displacement [3, m].
-class ControlCost final : public ceres::CostFunction {
- public:
-  ControlCost(const AdjustmentProblem& problem,
-              const BlockState& state,
-              const ControlEquations& control);
-  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override;
-
- private:
-  const AdjustmentProblem& problem_;
-  const BlockState& state_;
-  const ControlEquations& control_;
-};
-
-/// Priors (c - c0) / sigma of the parameters of one block that have one of their own, then the rows
-/// L^-1 (c - c0) of its joint priors.
-class PriorCost final : public ceres::CostFunction {
- public:
-  PriorCost(const ParameterLayout& layout, int block);
-  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override;
-
- private:
-  struct Term {
-    int index;      // in the block
-    double weight;  // 1 / sigma
-    double value;   // c0
-  };
-  std::vector<std::vector<Term>> rows_;
-  int size_;
-};
 
 /// Memory of the unknowns of a Ceres problem. ceres::Covariance orders them by address, and with it
 /// its sums: two arrays of their own can lie either way, and differ in the last digits.

@@ -90,9 +90,15 @@ class CheckHeadersTest(CheckerTest):
         }), (0, ""))
 
     def test_finds_a_public_header_that_needs_others(self):
-        for include in ('"model/b.h"', '"b.h"', "<ceres/problem.h>"):
+        for include in ('"model/b.h"', '"b.h"'):
             self.expect_finding("include/sarblock/model/a.h", SPDX + f"#include {include}\n",
                                 "a.h:2: a public header includes public headers only")
+
+    def test_finds_ceres_in_a_public_header_that_is_not_of_cost(self):
+        text = SPDX + "#include <ceres/problem.h>\n"
+        self.expect_finding("include/sarblock/model/a.h", text,
+                            "a.h:2: only the public headers of 'cost' include Ceres")
+        self.assertEqual(self.check({"include/sarblock/cost/a.h": text + "\n" * 40}), (0, ""))
 
     def test_finds_a_module_without_a_layer(self):
         self.expect_finding("src/odd/a.cc", SPDX, "'odd' is not in LAYERS")
@@ -108,8 +114,8 @@ class CheckHeadersTest(CheckerTest):
         self.expect_finding("src/core/a.cc", SPDX + "\n" * 900, "901 lines")
 
     def test_finds_too_many_public_headers(self):
-        files = {f"include/sarblock/core/a{i}.h": SPDX for i in range(26)}
-        self.assertEqual(self.check(files), (1, "include/sarblock/core/a9.h:1: 26 public headers, at most 25\n"))
+        files = {f"include/sarblock/core/a{i}.h": SPDX for i in range(29)}
+        self.assertEqual(self.check(files), (1, "include/sarblock/core/a9.h:1: 29 public headers, at most 28\n"))
 
     def test_finds_a_picture_with_other_arrows_than_the_includes(self):
         page = "```mermaid\nflowchart BT\n  geometry --> core\n  block --> geometry\n```\n"

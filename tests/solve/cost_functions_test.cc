@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include "cost/look_cost.h"
 #include "solve/ceres_engine.h"
 #include "support/small_blocks.h"
 #include <Eigen/LU>
@@ -88,14 +89,16 @@ TEST_P(LookCostTest, AgreesWithAutomaticDerivatives) {
   for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
     Motion motion;
     ASSERT_TRUE(
-        problem_.model.paths().ReadNominal(block.looks.pass[i], block.looks.time_s[i], &motion));
+        problem_.model.paths()[block.looks.pass[i]].ReadNominal(block.looks.time_s[i], &motion));
     const ceres::AutoDiffCostFunction<SphereAndCone, 2, 3, 2, 1, 3> automatic(
         new SphereAndCone{motion,
                           known_.truth_m[point],
                           block.looks.range_m[i],
                           block.looks.cone[i],
                           problem_.weights[i]});
-    const LookCost cost(problem_, state_, point, i);
+    const CostPointer made =
+        LookCostOf(problem_, FlightsOf(problem_)[block.looks.pass[i]], &state_.start_m[point], i);
+    const ceres::CostFunction& cost = *made;
     ASSERT_EQ(cost.parameter_block_sizes(), automatic.parameter_block_sizes());
     const std::array<const double*, 4> blocks{
         displacement.data(), range.data(), &squint, offset.data()};
@@ -137,12 +140,12 @@ TEST(LookCostDomainTest, RefusesWhereTheModelHasNoValue) {
       {{"time", TimeCorrection{}, {}, false}, {"air", TroposphereCorrection{}, {}, true}});
   BlockState state;
   state.start_m = known.truth_m;
-  const LookCost cost(problem, state, 0, 0);
+  const CostPointer cost = LookCostOf(problem, FlightsOf(problem)[0], state.start_m.data(), 0);
   const auto evaluates = [&cost](const Eigen::Vector3d& displacement_m, double bias_s) {
     const double zenith_m = 2.3;
     const std::array<const double*, 3> blocks{displacement_m.data(), &zenith_m, &bias_s};
     Eigen::Vector2d residual;
-    return cost.Evaluate(blocks.data(), residual.data(), nullptr);
+    return cost->Evaluate(blocks.data(), residual.data(), nullptr);
   };
   const Motion motion = *known.block.passes[0].path.At(known.block.looks.time_s[0]);
   const Eigen::Vector3d to_antenna_m = motion.position_m - known.truth_m[0];
@@ -171,7 +174,8 @@ TEST_P(ControlCostTest, IsTheQuadraticFormOfTheHeldComponents) {
   BlockState state;
   state.start_m = known.truth_m;
   state.start_m[4] += Eigen::Vector3d(3.1, -2.7, 1.3);
-  const ControlCost cost(problem, state, problem.control[0]);
+  const CostPointer made = ControlCostOf(known.block.frame, problem.control[0], &state.start_m[4]);
+  const ceres::CostFunction& cost = *made;
   const Eigen::Vector3d displacement_m(11.9, 7.3, -5.7);
   const auto evaluate = [&cost](const Eigen::Vector3d& at_m, RowMajor3* jacobian) {
     Eigen::VectorXd residual(cost.num_residuals());
@@ -219,7 +223,8 @@ TEST(PriorCostTest, DividesTheParametersThatHaveAPriorByIt) {
   position.components = {true, false, true};
   position.prior_sigma_m[2] = {2.5, 0.8};
   const ParameterLayout layout = MakeParameterLayout(known.block, {{"p", position, {"A2"}, false}});
-  const PriorCost cost(layout, 0);
+  const CostPointer made = PriorCostOf(layout, 0);
+  const ceres::CostFunction& cost = *made;
   ASSERT_EQ(cost.num_residuals(), 2);
   ASSERT_EQ(cost.parameter_block_sizes(), std::vector<int>{4});
   const std::array<double, 4> x{7.0, 8.0, 5.0, -1.2};

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// The cost functions of look_cost.h as the solver's Ceres engine takes them: of a problem of the
+// adjustment, whose weights and paths they use as they are.
+#pragma once
+
+#include "sarblock/cost/look_cost.h"
+
+#include <vector>
+
+#include "model/problem.h"
+
+namespace sarblock {
+
+/// By pass the flight of a problem, with one block for each parameter block of its layout. It
+/// refers to the problem, which must outlive it, and reads the paths where the problem does at that
+/// moment.
+[[nodiscard]] std::vector<FlightPointer> FlightsOf(const AdjustmentProblem& problem);
+
+/// Both measurements of a look with the weights that it has now. `start_m`, the origin of its
+/// point, may move between evaluations and must outlive it.
+[[nodiscard]] CostPointer LookCostOf(const AdjustmentProblem& problem,
+                                     FlightPointer flight,
+                                     const Eigen::Vector3d* start_m,
+                                     std::size_t look);
+
+/// Control equations of a point; `frame` and `start_m` must outlive it.
+[[nodiscard]] CostPointer ControlCostOf(const Frame& frame,
+                                        const ControlEquations& control,
+                                        const Eigen::Vector3d* start_m);
+
+/// Priors (c - c0) / sigma of the parameters of one block that have one of their own, then the rows
+/// L^-1 (c - c0) of its joint priors; null if it has none.
+[[nodiscard]] CostPointer PriorCostOf(const ParameterLayout& layout, int block);
+
+}  // namespace sarblock
