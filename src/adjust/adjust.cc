@@ -6,6 +6,7 @@
 #include "sarblock/model/result.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -14,6 +15,7 @@
 #include <vector>
 
 #include "adjust_given.h"
+#include "block/plausibility.h"
 #include "core/memory.h"
 #include "core/text.h"
 #include "core/threads.h"
@@ -75,6 +77,7 @@ AdjustResult Adjust(const Block& block,
                     const AdjustOptions& options,
                     const PointPairs& pairs,
                     ProgressSink* progress) {
+  RequireUsable(block, pairs, LookUse::kMeasured);
   RequireOffered(options);
   const ThreadLimit limit(options.threads);
   PointOrder order = OrderByPasses(block);
@@ -87,6 +90,7 @@ AdjustResult Adjust(Block* block,
                     const AdjustOptions& options,
                     const PointPairs& pairs,
                     ProgressSink* progress) {
+  RequireUsable(*block, pairs, LookUse::kMeasured);
   RequireOffered(options);
   const ThreadLimit limit(options.threads);
   PointOrder order = OrderByPasses(*block);
@@ -95,6 +99,7 @@ AdjustResult Adjust(Block* block,
 }
 
 BlockCheck CheckBlock(const Block& block, const AdjustOptions& options, ProgressSink* progress) {
+  Validate(block);
   const ThreadLimit limit(options.threads);
   const CorrectionModel given = GivenCorrections(options);
   AdjustmentProblem problem(block, given.groups, {}, given.priors);
@@ -228,6 +233,28 @@ AdjustResult AdjustSimplified(const Block& block,
   }
   said = std::move(bounds);
   return result;
+}
+
+void RequireUsable(const Block& block, const PointPairs& pairs, LookUse use) {
+  Validate(block);
+  RequireAboveGround(block);
+  const Looks& looks = block.looks;
+  for (std::size_t i = 0; use == LookUse::kMeasured && i < looks.size(); ++i) {
+    if (looks.rejected(i) || !(std::isnan(looks.time_s[i]) || std::isnan(looks.range_m[i])))
+      continue;
+    throw InputError(
+        (std::isnan(looks.time_s[i]) ? "looks.time_s[" : "looks.range_m[") + std::to_string(i) +
+            "]",
+        "is not given; every look needs a time and a range, only Predict() fills them in");
+  }
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    const auto [a, b] = pairs[k];
+    const std::size_t points = block.points.size();
+    if (a != b && a < points && b < points) continue;
+    throw InputError("pairs[" + std::to_string(k) + "]",
+                     "must be two points below " + std::to_string(points) + ", got " +
+                         std::to_string(a) + " and " + std::to_string(b));
+  }
 }
 
 void RequireOffered(const AdjustOptions& options) {

@@ -28,6 +28,12 @@ namespace sarblock {
                                             SelectionReport* report,
                                             ProgressSink* progress = nullptr);
 
+/// Throws InputError unless a block and pairs of its points are such as can be computed with:
+/// Validate(), paths above the ground of the body, pairs of two points that there are. kMeasured:
+/// every look that is not rejected has a time and a range.
+enum class LookUse { kPlanned, kMeasured };
+void RequireUsable(const Block& block, const PointPairs& pairs, LookUse use);
+
 /// Refuses options that this build does not offer, by name.
 void RequireOffered(const AdjustOptions& options);
 

@@ -86,9 +86,8 @@ Looks VisibleLooks(const Block& block, const std::vector<Eigen::Vector3d>& posit
   return looks;
 }
 
-}  // namespace
-
-Block FillMeasurements(const Block& block, const std::vector<Eigen::Vector3d>& positions_m) {
+/// FillMeasurements() of a block that is valid, with a position for each point.
+Block Filled(const Block& block, const std::vector<Eigen::Vector3d>& positions_m) {
   Block out = block;
   if (out.looks.size() == 0) {
     out.looks = VisibleLooks(block, positions_m);
@@ -119,11 +118,47 @@ Block FillMeasurements(const Block& block, const std::vector<Eigen::Vector3d>& p
   return out;
 }
 
+/// Whether a block has no looks, and not the offsets that say so of each point.
+bool LacksOffsets(const Block& block) {
+  return block.looks.size() == 0 && block.looks.offsets.size() != block.points.size() + 1;
+}
+
+Block WithoutLooks(Block block) {
+  block.looks = {};
+  block.looks.offsets.assign(block.points.size() + 1, 0);
+  return block;
+}
+
+}  // namespace
+
+Block FillMeasurements(const Block& block, const std::vector<Eigen::Vector3d>& positions_m) {
+  if (LacksOffsets(block)) {
+    return FillMeasurements(WithoutLooks(block), positions_m);
+  }
+  RequireUsable(block, {}, LookUse::kPlanned);
+  if (positions_m.size() != block.points.size()) {
+    throw InputError("positions_m",
+                     "must have one entry for each point, " + std::to_string(block.points.size()) +
+                         ", got " + std::to_string(positions_m.size()));
+  }
+  return Filled(block, positions_m);
+}
+
 AdjustResult Predict(const Block& block,
                      const AdjustOptions& options,
                      const std::vector<Eigen::Vector3d>& positions_m,
                      const PointPairs& pairs,
                      ProgressSink* progress) {
+  if (LacksOffsets(block)) {
+    return Predict(WithoutLooks(block), options, positions_m, pairs, progress);
+  }
+  RequireUsable(block, pairs, LookUse::kPlanned);
+  if (positions_m.size() > block.points.size()) {
+    throw InputError("positions_m",
+                     "must have at most one entry for each point, " +
+                         std::to_string(block.points.size()) + ", got " +
+                         std::to_string(positions_m.size()));
+  }
   RequireOffered(options);
   if (options.corrections == CorrectionChoice::kAuto) {
     throw InputError("adjust.corrections",
@@ -135,7 +170,7 @@ AdjustResult Predict(const Block& block,
   RefuseRepetition(options, "predict", &result);
   result.status = AdjustStatus::kPredicted;
   const std::vector<Eigen::Vector3d> known_m = CompletePositions(block, positions_m);
-  const Block filled = FillMeasurements(block, known_m);
+  const Block filled = Filled(block, known_m);
   const CorrectionModel given = GivenCorrections(options);
   AdjustmentProblem problem(filled, given.groups, {}, given.priors);
   BlockState state;
@@ -212,6 +247,7 @@ PointStatus StatusOf(IntersectionOutcome outcome) {
 AdjustResult IntersectBlock(const Block& block,
                             const AdjustOptions& options,
                             ProgressSink* progress) {
+  RequireUsable(block, {}, LookUse::kMeasured);
   const ThreadLimit limit(options.threads);
   AdjustResult result;
   RefuseRepetition(options, "intersect", &result);

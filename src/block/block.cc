@@ -6,10 +6,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <string>
+#include <string_view>
+#include <unordered_map>
 #include <utility>
 
 #include "core/memory.h"
 #include "core/threads.h"
+#include <Eigen/Cholesky>
 
 namespace sarblock {
 namespace {
@@ -43,6 +48,241 @@ bool TakeOffsetsOfSorted(const std::vector<std::uint32_t>& point_of_look,
     }
   });
   return true;
+}
+
+[[noreturn]] void RefuseEntry(const char* array, std::size_t index, const std::string& problem) {
+  throw InputError(std::string(array) + "[" + std::to_string(index) + "]", problem);
+}
+
+std::string Got(double value) { return ", got " + std::to_string(value); }
+std::string Got(std::size_t value) { return ", got " + std::to_string(value); }
+
+bool IsPositive(double value) { return value > 0.0 && std::isfinite(value); }
+
+void RequirePasses(const std::vector<Pass>& passes) {
+  std::unordered_map<std::string_view, std::size_t> first;
+  for (std::size_t i = 0; i < passes.size(); ++i) {
+    const Pass& pass = passes[i];
+    const auto [found, is_new] = first.emplace(pass.id, i);
+    if (!is_new) {
+      RefuseEntry("passes",
+                  i,
+                  "has the id '" + pass.id + "' of passes[" + std::to_string(found->second) +
+                      "]; every pass needs one of its own");
+    }
+    if (pass.path.piece_count() == 0) {
+      RefuseEntry("passes", i, "'" + pass.id + "' has no flight path; set path to a FlightPath");
+    }
+    if (!std::isfinite(pass.start_s) || !std::isfinite(pass.end_s) ||
+        !(pass.start_s < pass.end_s)) {
+      RefuseEntry("passes",
+                  i,
+                  "'" + pass.id + "' must have start_s less than end_s, got " +
+                      std::to_string(pass.start_s) + " and " + std::to_string(pass.end_s) +
+                      "; SetStripSpans() sets them");
+    }
+    if (pass.side != LookSide::kLeft && pass.side != LookSide::kRight) {
+      RefuseEntry("passes", i, "'" + pass.id + "' has no side; kLeft or kRight is allowed");
+    }
+  }
+}
+
+void RequireLength(const char* array, std::size_t length, std::size_t needed, bool may_be_empty) {
+  if (length == needed || (may_be_empty && length == 0)) return;
+  throw InputError(array,
+                   "must have " + std::to_string(needed) + " entries" +
+                       (may_be_empty ? ", or none" : "") + Got(length));
+}
+
+/// Lengths and indices, so that nothing is read beyond an array.
+void RequireArrays(const Block& block) {
+  const Points& points = block.points;
+  const Looks& looks = block.looks;
+  const std::size_t n = looks.size();
+  RequireLength("points.role", points.role.size(), points.ids.size(), false);
+  RequireLength("points.given_m", points.given_m.size(), points.size(), false);
+  RequireLength("looks.flags", looks.flags.size(), n, false);
+  RequireLength("looks.time_s", looks.time_s.size(), n, false);
+  RequireLength("looks.range_m", looks.range_m.size(), n, false);
+  RequireLength("looks.cone", looks.cone.size(), n, true);
+  RequireLength("looks.range_sigma_m", looks.range_sigma_m.size(), n, true);
+  RequireLength("looks.azimuth_sigma", looks.azimuth_sigma.size(), n, true);
+  const std::vector<std::uint64_t>& offsets = looks.offsets;
+  if (offsets.size() != points.size() + 1) {
+    throw InputError("looks.offsets",
+                     "must have one entry more than there are points, " +
+                         std::to_string(points.size() + 1) + Got(offsets.size()) +
+                         "; SortLooksByPoint() makes them");
+  }
+  if (offsets.front() != 0) RefuseEntry("looks.offsets", 0, "must be 0" + Got(offsets.front()));
+  for (std::size_t j = 1; j < offsets.size(); ++j) {
+    if (offsets[j] >= offsets[j - 1] && offsets[j] <= n) continue;
+    RefuseEntry("looks.offsets",
+                j,
+                "must be between the entry before, " + std::to_string(offsets[j - 1]) +
+                    ", and the number of looks, " + std::to_string(n) + Got(offsets[j]) +
+                    "; SortLooksByPoint() makes them");
+  }
+  if (offsets.back() != n) {
+    RefuseEntry("looks.offsets",
+                points.size(),
+                "must be the number of looks, " + std::to_string(n) + Got(offsets.back()) +
+                    "; SortLooksByPoint() makes them");
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    if (looks.pass[i] < block.passes.size()) continue;
+    RefuseEntry("looks.pass",
+                i,
+                "must be below " + std::to_string(block.passes.size()) + ", the number of passes" +
+                    Got(std::size_t{looks.pass[i]}));
+  }
+}
+
+void RequireSigma(const Block& block, std::size_t i) {
+  const std::string& pass = block.passes[block.looks.pass[i]].id;
+  const LookSigma sigma = block.SigmaOf(i);
+  if (!IsPositive(sigma.range_m)) {
+    RefuseEntry("looks.range_sigma_m",
+                i,
+                "the standard deviation of the look, or of its pass '" + pass +
+                    "', must be finite and above 0" + Got(sigma.range_m));
+  }
+  if (!IsPositive(sigma.azimuth)) {
+    RefuseEntry("looks.azimuth_sigma",
+                i,
+                "the standard deviation of the look, or of its pass '" + pass +
+                    "', must be finite and above 0" + Got(sigma.azimuth));
+  }
+  if (sigma.azimuth_unit == AzimuthUnit::kHertz && !block.MeasuresDoppler(i)) {
+    RefuseEntry("looks.azimuth_sigma",
+                i,
+                "is in hertz, of the look or its pass '" + pass +
+                    "', which needs a Doppler: flag kDoppler and a cone [Hz]");
+  }
+}
+
+void RequireCone(const Block& block, std::size_t i) {
+  const Looks& looks = block.looks;
+  const bool doppler = (looks.flags[i] & Looks::kDoppler) != 0;
+  if (!doppler) {
+    constexpr double kMost_rad = 0.5 * std::numbers::pi;
+    if (looks.cone.empty() || std::abs(looks.cone[i]) < kMost_rad) return;
+    RefuseEntry("looks.cone",
+                i,
+                "a squint must be between -pi/2 and pi/2 [rad], exclusive" + Got(looks.cone[i]));
+  }
+  if (looks.cone.empty()) RefuseEntry("looks.flags", i, "kDoppler needs the array looks.cone [Hz]");
+  if (!std::isfinite(looks.cone[i])) {
+    RefuseEntry("looks.cone", i, "a Doppler must be finite" + Got(looks.cone[i]));
+  }
+  const Pass& pass = block.passes[looks.pass[i]];
+  if (!IsPositive(pass.wavelength_m)) {
+    RefuseEntry("looks.flags",
+                i,
+                "kDoppler needs the wavelength of pass '" + pass.id +
+                    "': wavelength_m must be finite and above 0" + Got(pass.wavelength_m));
+  }
+}
+
+void RequireLooks(const Block& block) {
+  const Looks& looks = block.looks;
+  constexpr unsigned kAllFlags =
+      Looks::kRejected | Looks::kDoppler | Looks::kAzimuthSeconds | Looks::kAzimuthHertz;
+  constexpr unsigned kUnits = Looks::kAzimuthSeconds | Looks::kAzimuthHertz;
+  constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+  std::vector<std::size_t> point_of_pass(block.passes.size(), kNone);  // whose look came last
+  for (std::size_t point = 0; point < block.points.size(); ++point) {
+    for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
+      const unsigned flags = looks.flags[i];
+      if ((flags & ~kAllFlags) != 0) {
+        RefuseEntry("looks.flags", i, "must be a sum of Looks::Flag" + Got(std::size_t{flags}));
+      }
+      if (looks.rejected(i)) continue;
+      if ((flags & kUnits) == kUnits) {
+        RefuseEntry("looks.flags", i, "kAzimuthSeconds and kAzimuthHertz exclude each other");
+      }
+      if (std::exchange(point_of_pass[looks.pass[i]], point) == point) {
+        RefuseEntry("looks.pass",
+                    i,
+                    "is a second look of pass '" + block.passes[looks.pass[i]].id + "' at point '" +
+                        std::string(block.points.ids[static_cast<std::uint32_t>(point)]) +
+                        "'; one is allowed");
+      }
+      if (std::isinf(looks.time_s[i])) {
+        RefuseEntry("looks.time_s", i, "must be finite, or NaN of a plan" + Got(looks.time_s[i]));
+      }
+      if (!std::isnan(looks.range_m[i]) && !IsPositive(looks.range_m[i])) {
+        RefuseEntry("looks.range_m",
+                    i,
+                    "must be finite and above 0, or NaN of a plan" + Got(looks.range_m[i]));
+      }
+      RequireCone(block, i);
+      RequireSigma(block, i);
+    }
+  }
+}
+
+void RequireCovariance(const KnownPosition& known, bool is_control, std::size_t k) {
+  const Eigen::Matrix3d& c = known.covariance_enu_m2;
+  Eigen::Matrix3d scaled = Eigen::Matrix3d::Identity();
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    if (!known.fixed[static_cast<std::size_t>(i)]) continue;
+    const bool fits = std::isfinite(c(i, i)) && (is_control ? c(i, i) > 0.0 : c(i, i) >= 0.0);
+    if (!fits) {
+      RefuseEntry("points.known",
+                  k,
+                  "the variance of component " + std::to_string(i) + " (east, north, up) must be " +
+                      (is_control ? "above 0" : "0 or above") + Got(c(i, i)));
+    }
+    for (Eigen::Index j = 0; j < i; ++j) {
+      if (!known.fixed[static_cast<std::size_t>(j)] || (c(i, j) == 0.0 && c(j, i) == 0.0)) continue;
+      const double scale = std::sqrt(c(i, i)) * std::sqrt(c(j, j));
+      if (!(std::abs(c(i, j) - c(j, i)) <= 1e-9 * scale)) {
+        RefuseEntry("points.known", k, "its covariance must be symmetric");
+      }
+      scaled(i, j) = scaled(j, i) = c(i, j) / scale;
+    }
+  }
+  const Eigen::LLT<Eigen::Matrix3d> factor(scaled);
+  if (factor.info() != Eigen::Success) {
+    RefuseEntry("points.known", k, "its covariance must be positive definite");
+  }
+}
+
+void RequirePoints(const Points& points) {
+  for (std::size_t k = 0; k < points.known.size(); ++k) {
+    const KnownPosition& known = points.known[k];
+    if (known.point >= points.size()) {
+      RefuseEntry("points.known",
+                  k,
+                  "its point must be below " + std::to_string(points.size()) +
+                      ", the number of points" + Got(std::size_t{known.point}));
+    }
+    if (k > 0 && known.point <= points.known[k - 1].point) {
+      RefuseEntry("points.known",
+                  k,
+                  "must be sorted by point, each once: after " +
+                      std::to_string(points.known[k - 1].point) + Got(std::size_t{known.point}));
+    }
+    const PointRole role = points.role[known.point];
+    if (role == PointRole::kTie) {
+      RefuseEntry("points.known", k, "is of a tie point; control or check is allowed");
+    }
+    if (!points.given_m[known.point].allFinite()) {
+      RefuseEntry("points.given_m", known.point, "of a known point must be finite");
+    }
+    RequireCovariance(known, role == PointRole::kControl, k);
+  }
+  for (std::size_t j = 0; j < points.size(); ++j) {
+    const PointRole role = points.role[j];
+    if (role != PointRole::kTie && role != PointRole::kControl && role != PointRole::kCheck) {
+      RefuseEntry("points.role", j, "must be kTie, kControl or kCheck");
+    }
+    if (role != PointRole::kControl) continue;
+    if (points.FindKnown(static_cast<std::uint32_t>(j)) == nullptr) {
+      RefuseEntry("points.role", j, "is control without an entry in points.known");
+    }
+  }
 }
 
 double ValueOr(const std::vector<double>& column, std::size_t row, double otherwise) {
@@ -87,6 +327,13 @@ double Block::ApproximateAzimuthSigma_m(std::size_t look, double speed_mps) cons
   return sigma.azimuth_unit == AzimuthUnit::kMetres
              ? sigma.azimuth
              : sigma.azimuth * ApproximateAzimuthUnit_m(look, speed_mps);
+}
+
+void Validate(const Block& block) {
+  RequirePasses(block.passes);
+  RequireArrays(block);
+  RequirePoints(block.points);
+  RequireLooks(block);
 }
 
 std::vector<std::uint32_t> SortLooksByPoint(const std::vector<std::uint32_t>& point_of_look,

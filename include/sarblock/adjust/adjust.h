@@ -29,9 +29,11 @@ namespace sarblock {
 /// The result lists points as the block does. The sums over points may be taken in another order,
 /// that of the passes that see them (docs/performance.md), the same for the same block.
 ///
-/// `pairs` is used with options.pairs == kList. Throws UndeterminedError where the block as a whole
-/// or its corrections are not determined, InputError for options that do not fit the block,
-/// Interrupted. A point that is not determined is reported with its reason and left out.
+/// `pairs` is used with options.pairs == kList. Throws InputError for a block that Validate()
+/// refuses, a look without a time or range, a path deep below the ground, pairs of points that
+/// there are not or of a point with itself, and options that do not fit the block;
+/// UndeterminedError where the block as a whole or its corrections are not determined; Interrupted.
+/// A point that is not determined is reported with its reason and left out.
 [[nodiscard]] AdjustResult Adjust(const Block& block,
                                   const AdjustOptions& options,
                                   const PointPairs& pairs = {},
@@ -49,8 +51,9 @@ namespace sarblock {
 /// The covariance that an adjustment of this block would have, from geometry and weights alone.
 /// `positions_m` are the points' positions (truth or approximate); a point without one is
 /// intersected from its measurements if it has some. Looks without measured time or range get
-/// those of the geometry; with `looks` empty every pass that sees a point on its look side within
-/// its path takes a look.
+/// those of the geometry; with `looks` empty (Looks{} is enough) every pass that sees a point on
+/// its look side within its path takes a look. Throws what Adjust() does, and InputError for more
+/// positions than points.
 [[nodiscard]] AdjustResult Predict(const Block& block,
                                    const AdjustOptions& options,
                                    const std::vector<Eigen::Vector3d>& positions_m,
@@ -59,12 +62,14 @@ namespace sarblock {
 
 /// Fills time and range of looks that have none from the geometry of known positions on the nominal
 /// paths; adds all visible looks where the block has none at all. Looks and points that cannot be
-/// filled are left out of the result's looks.
+/// filled are left out of the result's looks. Throws InputError for a block that Validate() refuses
+/// and unless there is one position for each point.
 [[nodiscard]] Block FillMeasurements(const Block& block,
                                      const std::vector<Eigen::Vector3d>& positions_m);
 
 /// Rigorous intersection of every point, flight paths fixed (corrections none): position,
-/// covariance R^-1 R^-T and residuals of each point alone, control not used.
+/// covariance R^-1 R^-T and residuals of each point alone, control not used. Throws what Adjust()
+/// does of a block.
 [[nodiscard]] AdjustResult IntersectBlock(const Block& block,
                                           const AdjustOptions& options,
                                           ProgressSink* progress = nullptr);
@@ -77,8 +82,8 @@ struct BlockCheck {
 };
 
 /// Examines the network configuration of a block and, on its start values, the points that its
-/// looks leave open. Throws InputError for options that do not fit the block, UndeterminedError,
-/// Interrupted.
+/// looks leave open. Throws InputError for a block that Validate() refuses and for options that do
+/// not fit the block, UndeterminedError, Interrupted.
 [[nodiscard]] BlockCheck CheckBlock(const Block& block,
                                     const AdjustOptions& options,
                                     ProgressSink* progress = nullptr);

@@ -178,6 +178,23 @@ struct Block {
   [[nodiscard]] double ApproximateAzimuthSigma_m(std::size_t look, double speed_mps) const;
 };
 
+/// Throws InputError naming array, index, what must be and what was got (`looks.pass[5]: must be
+/// below 3, the number of passes, got 99`) unless a block filled by hand is what this page says:
+///   - passes with ids of their own, a flight path, a side, and a span that ends after it starts;
+///   - arrays of one length; offsets from 0 to the number of looks that never descend; at each
+///   point
+///     at most one look of a pass that is not rejected; known flags;
+///   - looks with ranges above 0, squints below pi/2, Dopplers with the wavelength of their pass,
+///     standard deviations above 0 in a unit that the look can have. Of rejected looks only the
+///     arrays are looked at. A time or range of NaN is a planned look's, which Adjust() refuses;
+///   - known positions sorted by point, once each, finite, of control or check points, with a
+///     covariance: positive definite for control, not negative for check points. Every control
+///     point has one.
+/// A time outside the path and contradictions with the ground are not errors of form: Adjust()
+/// leaves such looks out with a warning, or refuses the block. Linear in looks and points, reads
+/// only. Adjust(), Predict(), IntersectBlock() and CheckBlock() begin with it.
+void Validate(const Block& block);
+
 /// Sorts looks of any order by point (and pass) into `Looks` order.
 /// `point_of_look` gives the point of each look; `looks.offsets` is made. Linear time. Returns the
 /// permutation, new position i has old look result[i]; empty if they were in this order.
