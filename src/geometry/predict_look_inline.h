@@ -154,6 +154,8 @@ struct Crossing {
                                     Crossing* out) {
   out->d_m = d_m;
   out->v_mps = motion.velocity_mps;
+  out->speed_mps = out->v_mps.norm();
+  out->turn.setZero();
   LookEquations& eq = out->eq;
   eq = {};
   eq.rho_m = d_m.norm();

@@ -102,12 +102,15 @@ TEST(RangeSphereCostTest, IsTheRangeAtTheMeasuredTime) {
 // Identity: sphere and cone are the two rows of both together where the time is exact; the cone
 // alone is the second row where it is measured.
 TEST(DopplerConeCostTest, IsTheSecondResidualOfBothTogether) {
-  SquintCorrection squint;
-  TimeCorrection time;
-  const FlightPointer flight = StraightFlight({{squint, {}}, {time, {}}});
-  Eigen::Vector3d point = kPoint_m;
+  const FlightPointer flight = StraightFlight({{PositionCorrection{}, {}},
+                                               {VelocityCorrection{}, {}},
+                                               {SquintCorrection{}, {}},
+                                               {TimeCorrection{}, {}}});
+  Eigen::Vector3d point = kPoint_m, shift_m(1.3, -0.7, 2.1);
+  std::array<double, 2> turn{3e-4, -5e-4};
   double squint_rad = 0.013, time_s = 0.21;
-  const std::vector<double*> blocks{point.data(), &squint_rad, &time_s};
+  const std::vector<double*> blocks{
+      point.data(), shift_m.data(), turn.data(), &squint_rad, &time_s};
   LookMeasurement doppler = StraightLook();
   doppler.cone = {Cone::Kind::kDoppler, 0.0, 1.7};
   doppler.time_sigma_s = kNotGiven;
@@ -118,7 +121,7 @@ TEST(DopplerConeCostTest, IsTheSecondResidualOfBothTogether) {
     const Evaluated cone = Evaluate(*DopplerConeCost(flight, look), blocks);
     ASSERT_TRUE(both.has_value && cone.has_value);
     EXPECT_EQ(cone.residuals[0], both.residuals[1]);
-    for (std::size_t b = 0; b < 3; ++b) {
+    for (std::size_t b = 0; b < blocks.size(); ++b) {
       const std::size_t size = both.jacobians[b].size() / 2;
       for (std::size_t k = 0; k < size; ++k) {
         EXPECT_EQ(cone.jacobians[b][k], both.jacobians[b][size + k]);
@@ -129,7 +132,7 @@ TEST(DopplerConeCostTest, IsTheSecondResidualOfBothTogether) {
   const Evaluated sphere = Evaluate(*RangeSphereCost(flight, doppler), blocks);
   ASSERT_TRUE(sphere.has_value);
   EXPECT_NEAR(sphere.residuals[0], both.residuals[0], 1e-10);
-  for (std::size_t b = 0; b < 3; ++b) {
+  for (std::size_t b = 0; b < blocks.size(); ++b) {
     for (std::size_t k = 0; k < sphere.jacobians[b].size(); ++k) {
       EXPECT_NEAR(sphere.jacobians[b][k], both.jacobians[b][k], 1e-9);
     }

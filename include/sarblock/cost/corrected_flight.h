@@ -39,8 +39,8 @@ struct FlightOptions {
   /// Polynomials run from -1 to 1 over the strip; first_s < last_s.
   TimeSpan strip_s;
   /// The value that a TimeCorrection will take, roughly: the path is read there and continued from
-  /// there by its acceleration and jerk, so that a step of the solver never meets a jump of the
-  /// acceleration at a state. Within 0.1 s of an orbit nothing needs to be given.
+  /// there by its acceleration and jerk, so that no step of a solver meets the jumps of the
+  /// acceleration at the states. Some milliseconds need not be given.
   double time_bias_s = 0.0;
 };
 
@@ -99,9 +99,10 @@ class CorrectedFlight {
                                      const Eigen::Vector3d& p_m,
                                      std::span<double* const> arrays = {}) const;
 
-  struct Parts;  ///< what the cost functions read
-  [[nodiscard]] const Parts& parts() const { return *parts_; }
+  /// What the cost functions read, and a flight made of it: for the library's own solver.
+  struct Parts;
   explicit CorrectedFlight(std::unique_ptr<const Parts> parts);
+  [[nodiscard]] const Parts& parts() const { return *parts_; }
 
  private:
   std::unique_ptr<const Parts> parts_;

@@ -5,11 +5,13 @@
 //     auto flight = std::make_shared<sarblock::CorrectedFlight>(
 //         frame, path, sarblock::FlightOptions{.strip_s = {0.0, 40.0}},
 //         std::vector<sarblock::FlightCorrection>{{position}, {range}});
-//     double* arrays[] = {shift_of_this_pass, range_bias_of_all};   // the caller's; shared by
-//     pointer sarblock::LookMeasurement look; look.time_s = 12.345; look.range_m = 8765.4;
+//     double* arrays[] = {shift_of_this_pass, range_bias_of_all};  // the caller's memory
+//     sarblock::LookMeasurement look;
+//     look.time_s = 12.345;
+//     look.range_m = 8765.4;
 //     look.range_sigma_m = 0.5;
-//     look.time_sigma_s = 0.5 / flight->AzimuthUnit_m(look, origin_m);   // half a metre
-//     Eigen::Vector3d point = Eigen::Vector3d::Zero();                   // from origin_m
+//     look.time_sigma_s = 0.5 / flight->AzimuthUnit_m(look, origin_m);  // half a metre
+//     Eigen::Vector3d point = Eigen::Vector3d::Zero();                  // from origin_m
 //     problem.AddResidualBlock(sarblock::RangeDopplerCost(flight, look, origin_m).release(),
 //                              new ceres::HuberLoss(1.5),
 //                              flight->Blocks(point.data(), arrays, look.time_s));
@@ -45,7 +47,7 @@ using CostPointer = std::unique_ptr<ceres::CostFunction>;
 //     the time plus its bias lies beyond an end of the path by more than the path's length;
 //     the antenna is within 1 mm of the point;
 //     the cone never passes over the point, or does so with less than a fiftieth of the speed;
-//     a Doppler is measured of a point on the flight line or behind the cone's turn;
+//     a Doppler is measured and the point lies on the line of flight;
 //     the line of sight is level or rises at the target, with a troposphere;
 //     an argument or a result is not finite.
 // Ceres then shortens its step. At the start it gives up: call Evaluate() first, and leave such a
