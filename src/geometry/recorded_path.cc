@@ -21,6 +21,8 @@ constexpr std::size_t kMargin = 10;
 /// Times of an interval at which polynomials are compared, and intervals of a strip.
 constexpr std::array<double, 4> kInInterval{0.125, 0.375, 0.625, 0.875};
 constexpr std::size_t kMaxIntervals = 64;
+/// Fewer states hardly show what is noise of theirs and what the flight did between them.
+constexpr std::size_t kFewStates = 10;
 
 double Square(double x) { return x * x; }
 
@@ -36,6 +38,89 @@ struct Gains {
   double rate_of_position = 0.0, rate_of_velocity = 0.0;  ///< of independent errors
   double position_of_position = 0.0, position_of_velocity = 0.0;
   double rate_of_all_velocities = 0.0;  ///< of one error in all velocities alike
+};
+
+/// Squares of the differences of two motions, summed over intervals.
+struct Differences {
+  double rate = 0.0, place = 0.0, count = 0.0;
+
+  /// `a` and `b` give a state at a time of the interval.
+  template <typename A, typename B>
+  void Add(const StateVector& from, const StateVector& to, const A& a, const B& b) {
+    for (const double fraction : kInInterval) {
+      const double at_s = from.time_s + fraction * (to.time_s - from.time_s);
+      const StateVector in_a = a.At(at_s), in_b = b.At(at_s);
+      rate += Across(in_a.velocity_mps - in_b.velocity_mps, in_b.velocity_mps).squaredNorm() /
+              kInInterval.size();
+      place += (in_a.position_m - in_b.position_m).squaredNorm() / kInInterval.size();
+    }
+    count += 1.0;
+  }
+  /// Root mean squares without what noise makes of them, 0 where they are not more than that.
+  [[nodiscard]] StateNoise Without(double noise_of_rate) const {
+    if (!IsMoreThanNoise(rate, noise_of_rate, count)) return {0.0, 0.0};
+    const double kept = (rate - noise_of_rate) / rate;
+    return {std::sqrt(kept * place / count), std::sqrt(kept * rate / count)};
+  }
+};
+
+/// The circular flight with the mean speed and the turning rate of some states, in the plane of
+/// their first and last velocity; its position in the middle of their times is the origin.
+class Circle {
+ public:
+  explicit Circle(std::span<const StateVector> states)
+      : middle_s_(0.5 * (states.front().time_s + states.back().time_s)) {
+    double angle = 0.0;
+    for (std::size_t k = 0; k < states.size(); ++k) {
+      speed_mps_ += states[k].velocity_mps.norm() / static_cast<double>(states.size());
+      if (k == 0) continue;
+      const Eigen::Vector3d &v = states[k - 1].velocity_mps, &w = states[k].velocity_mps;
+      angle += std::atan2(v.cross(w).norm(), v.dot(w));
+    }
+    rate_radps_ = angle / (states.back().time_s - states.front().time_s);
+    const Eigen::Vector3d &first = states.front().velocity_mps, &last = states.back().velocity_mps;
+    along_ = (first.normalized() + last.normalized()).normalized();
+    inward_ = Across(last.normalized() - first.normalized(), along_).normalized();
+    for (const StateVector& state : states) states_.push_back(At(state.time_s));
+  }
+  [[nodiscard]] StateVector At(double time_s) const {
+    const double x_s = time_s - middle_s_;
+    if (!(rate_radps_ > 0.0)) return {time_s, speed_mps_ * x_s * along_, speed_mps_ * along_};
+    const double angle = rate_radps_ * x_s, radius_m = speed_mps_ / rate_radps_;
+    const double rise_m = 2.0 * radius_m * Square(std::sin(0.5 * angle));  // no small difference
+    return {time_s,
+            radius_m * std::sin(angle) * along_ + rise_m * inward_,
+            speed_mps_ * (std::cos(angle) * along_ + std::sin(angle) * inward_)};
+  }
+  [[nodiscard]] std::span<const StateVector> states() const { return states_; }
+  /// From the first state to the last.
+  [[nodiscard]] double angle_rad() const {
+    return rate_radps_ * (states_.back().time_s - states_.front().time_s);
+  }
+
+ private:
+  double middle_s_, speed_mps_ = 0.0, rate_radps_ = 0.0;
+  Eigen::Vector3d along_, inward_;
+  std::vector<StateVector> states_;
+};
+
+/// Whether the highest derivative that positions and velocities of two to four states show is that
+/// of the circle: then the next ones, which they do not show, are taken to be.
+bool FollowCircle(std::span<const StateVector> states, const Circle& circle) {
+  constexpr double kTolerance = 0.5;
+  const NewtonPolynomial own(states, OrbitThrough::kStates);
+  const NewtonPolynomial of_circle(circle.states(), OrbitThrough::kStates);
+  const double off = (own.HighestDifference() - of_circle.HighestDifference()).norm();
+  return off < kTolerance * of_circle.HighestDifference().norm();
+}
+
+/// A path that Differences can read.
+struct Followed {
+  const FlightPath& path;
+  [[nodiscard]] StateVector At(double time_s) const {
+    const Motion motion = path.At(time_s).value();  // within the path: between two states
+    return {time_s, motion.position_m, motion.velocity_mps};
+  }
 };
 
 /// Of the polynomial through `with` states less that through `without` (0: alone).
@@ -108,6 +193,18 @@ Recording::Recording(std::vector<StateVector> states,
     if (std::isnan(given.velocity_mps)) noise_.velocity_mps = estimated.velocity_mps;
   }
   contradiction_mps_ = Contradiction_mps(near, noise_);
+  // States far apart in an orbit contradict the derivatives of polynomials a little.
+  constexpr double kWide_rad = 0.1;
+  const Circle circle(near);
+  if (circle.angle_rad() > kWide_rad * static_cast<double>(near.size() - 1) &&
+      contradiction_mps_ < LargestContradiction_mps(circle.states())) {
+    contradiction_mps_ = 0.0;
+  }
+  unresolved_mps_ = Unresolved();
+  if (unresolved_mps_ > 0.0) {  // no noise: the flight itself
+    if (std::isnan(given.position_m)) noise_.position_m = 0.0;
+    if (std::isnan(given.velocity_mps)) noise_.velocity_mps = 0.0;
+  }
 }
 
 PathErrors Recording::ErrorsOfCubic() const {
@@ -141,7 +238,8 @@ PathErrors Recording::ErrorsOfCubic() const {
                   (Square(noise_.velocity_mps) + 12.0 * Square(noise_.position_m / mean_h));
     count += 1.0;
   }
-  if (states_.size() == 2) {  // a circle with their curvature has s'''' = |a|^3/|v|^2
+  const bool circle = CubicsFollowCircle();
+  if (states_.size() == 2 && circle) {  // a circle with their curvature has s'''' = |a|^3/|v|^2
     const StateVector &first = states_[0], &last = states_[1];
     const double h = last.time_s - first.time_s;
     const Eigen::Vector3d bend_mps2 =
@@ -158,52 +256,144 @@ PathErrors Recording::ErrorsOfCubic() const {
     errors.interpolation_mps = std::sqrt(kept * rate_square / count);
     errors.interpolation_m = std::sqrt(kept * place_square / count);
   }
+  if (states_.size() < kFewStates && !circle) AddDifferenceToParabolas(&errors);
   return errors;
+}
+
+bool Recording::CubicsFollowCircle() const {
+  for (std::size_t k = first_; k <= last_; ++k) {
+    const std::span<const StateVector> two = StatesAround(states_, k, 2);
+    if (!FollowCircle(two, Circle(two))) return false;
+  }
+  return true;
+}
+
+void Recording::AddDifferenceToParabolas(PathErrors* errors) const {
+  // c (t - t_k)^2 (t - t_k+1) is a cubic less the parabola through one of its velocities, c a sixth
+  // of its jerk.
+  Differences sum;
+  double noise = 0.0;
+  for (std::size_t k = first_; k <= last_; ++k) {
+    const StateVector& from = states_[k];
+    const double h2 = Square(states_[k + 1].time_s - from.time_s);
+    const NewtonPolynomial cubic(StatesAround(states_, k, 2), OrbitThrough::kStates);
+    const Eigen::Vector3d c = Across(cubic.HighestDifference(), from.velocity_mps);
+    sum.rate += 2.0 / 15.0 * Square(h2) * c.squaredNorm();
+    sum.place += 1.0 / 105.0 * Square(h2) * h2 * c.squaredNorm();
+    sum.count += 1.0;
+    noise += 2.0 * 2.0 / 15.0 *
+             (2.0 * Square(noise_.velocity_mps) + 8.0 * Square(noise_.position_m) / h2);
+  }
+  const StateNoise unknown = sum.Without(noise);
+  errors->interpolation_m = std::hypot(errors->interpolation_m, unknown.position_m);
+  errors->interpolation_mps = std::hypot(errors->interpolation_mps, unknown.velocity_mps);
+}
+
+StateNoise Recording::Unchecked(OrbitThrough through) const {
+  const std::size_t n = states_.size();
+  const Circle circle(states_);
+  Differences difference;
+  double noise = 0.0;
+  if (through == OrbitThrough::kStates && FollowCircle(states_, circle)) {
+    const NewtonPolynomial polynomial(circle.states(), through);
+    for (std::size_t k = first_; k <= last_; ++k) {
+      difference.Add(states_[k], states_[k + 1], polynomial, circle);
+    }
+    return difference.Without(0.0);
+  }
+  const NewtonPolynomial all(states_, through);
+  for (std::size_t k = first_; k <= last_; ++k) {
+    const NewtonPolynomial fewer(StatesAround(states_, k, n - 1), through);
+    difference.Add(states_[k], states_[k + 1], all, fewer);
+    const Gains gains = GainsOf(states_, k, through, n, n - 1);
+    noise += 2.0 * (gains.rate_of_position * Square(noise_.position_m) +
+                    gains.rate_of_velocity * Square(noise_.velocity_mps));
+  }
+  return difference.Without(noise);
+}
+
+double Recording::Unresolved() const {
+  if (states_.size() >= kFewStates || CubicsFollowCircle()) return 0.0;
+  const auto known = [](double sigma) { return std::isnan(sigma) ? 0.0 : Square(sigma); };
+  double scatter = 0.0, of_mean = 0.0, noise = 0.0;
+  for (std::size_t k = 1; k < states_.size(); ++k) {
+    const StateVector &a = states_[k - 1], &b = states_[k];
+    const double h = b.time_s - a.time_s;
+    const Eigen::Vector3d chord_mps = (b.position_m - a.position_m) / h;
+    const Eigen::Vector3d before = Across(a.velocity_mps - chord_mps, a.velocity_mps);
+    const Eigen::Vector3d after = Across(b.velocity_mps - chord_mps, a.velocity_mps);
+    scatter += 0.5 * (before.squaredNorm() + after.squaredNorm());
+    of_mean += 0.25 * (before + after).squaredNorm();
+    noise += 2.0 * (known(given_.velocity_mps) + 2.0 * known(given_.position_m) / Square(h));
+  }
+  // Of a wave of angular frequency w they are 1 to w h/6: five states a period, or more. In a
+  // single interval that ratio is small by chance in one flight of twenty-five.
+  const double resolved = states_.size() == 2 ? 0.05 : 0.2;
+  if (of_mean < Square(resolved) * scatter || scatter <= noise) return 0.0;
+  return std::sqrt((scatter - noise) / static_cast<double>(states_.size() - 1));
+}
+
+template <typename Path>
+StateNoise Recording::DifferenceToOrbit(const Path& path, double noise_of_rate) const {
+  Differences difference;
+  const std::size_t step = (last_ - first_ + kMaxIntervals) / kMaxIntervals;
+  double noise = 0.0;
+  for (std::size_t k = first_; k <= last_; k += step) {
+    const NewtonPolynomial orbit(StatesAround(states_, k, StatesOf(OrbitThrough::kStates)),
+                                 OrbitThrough::kStates);
+    difference.Add(states_[k], states_[k + 1], path, orbit);
+    const Gains gains = GainsOf(states_, k, OrbitThrough::kStates, 4, 0);
+    noise += 2.0 * (gains.rate_of_position * Square(noise_.position_m) +
+                    gains.rate_of_velocity * Square(noise_.velocity_mps) + noise_of_rate);
+  }
+  const StateNoise to_orbit = difference.Without(noise);
+  const PathErrors of_orbit = ErrorsOf(PathThrough::kOrbit);
+  return {std::hypot(to_orbit.position_m, of_orbit.interpolation_m),
+          std::hypot(to_orbit.velocity_mps, of_orbit.interpolation_mps)};
 }
 
 PathErrors Recording::ErrorsOfPolynomials(PathThrough way) const {
   const OrbitThrough through =
       way == PathThrough::kOrbit ? OrbitThrough::kStates : OrbitThrough::kPositions;
   const std::size_t taken = StatesOf(through);
-  // Against a polynomial of up to four degrees more; of four less where there are no more states.
+  const bool checked = states_.size() > taken;
+  // Against a polynomial of up to four degrees more.
   const std::size_t more = through == OrbitThrough::kStates ? 2 : 4;
-  const std::size_t other =
-      states_.size() > taken ? std::min(states_.size(), taken + more) : taken - more;
+  const std::size_t other = checked ? std::min(states_.size(), taken + more) : 0;
   const std::size_t step = (last_ - first_ + kMaxIntervals) / kMaxIntervals;
   const double p2 = Square(noise_.position_m), v2 = Square(noise_.velocity_mps);
   const double b2 = Square(contradiction_mps_);
-  double rate = 0.0, place = 0.0, contradiction = 0.0, count = 0.0;
-  double difference = 0.0, difference_place = 0.0, expected = 0.0;
+  double rate = 0.0, place = 0.0, contradiction = 0.0, count = 0.0, expected = 0.0;
+  Differences difference;
   for (std::size_t k = first_; k <= last_; k += step) {
     const Gains own = GainsOf(states_, k, through, taken, 0);
-    const Gains of_difference = GainsOf(states_, k, through, taken, other);
     rate += own.rate_of_position * p2 + own.rate_of_velocity * v2;
     place += own.position_of_position * p2 + own.position_of_velocity * v2;
     // A path through velocities alone is off by the contradiction itself; between states less.
     contradiction += own.rate_of_all_velocities * b2;
+    count += 1.0;
+    if (!checked) continue;
+    const Gains of_difference = GainsOf(states_, k, through, taken, other);
     expected += 2.0 * (of_difference.rate_of_position * p2 + of_difference.rate_of_velocity * v2) +
                 of_difference.rate_of_all_velocities * b2;
-    const NewtonPolynomial a(StatesAround(states_, k, taken), through);
-    const NewtonPolynomial b(StatesAround(states_, k, other), through);
-    for (const double fraction : kInInterval) {
-      const double at_s =
-          states_[k].time_s + fraction * (states_[k + 1].time_s - states_[k].time_s);
-      const StateVector in_a = a.At(at_s), in_b = b.At(at_s);
-      const Eigen::Vector3d across =
-          Across(in_a.velocity_mps - in_b.velocity_mps, in_b.velocity_mps);
-      difference += across.squaredNorm() / kInInterval.size();
-      difference_place += (in_a.position_m - in_b.position_m).squaredNorm() / kInInterval.size();
-    }
-    count += 1.0;
+    difference.Add(states_[k],
+                   states_[k + 1],
+                   NewtonPolynomial(StatesAround(states_, k, taken), through),
+                   NewtonPolynomial(StatesAround(states_, k, other), through));
   }
   PathErrors errors;
   errors.noise = {std::sqrt(place / count), std::sqrt(rate / count)};
   errors.contradiction_mps = std::sqrt(contradiction / count);
-  if (IsMoreThanNoise(difference, expected, count)) {
-    const double kept = (difference - expected) / difference;
-    errors.interpolation_mps = std::sqrt(kept * difference / count);
-    errors.interpolation_m = std::sqrt(kept * difference_place / count);
+  StateNoise interpolation;
+  if (checked) {
+    interpolation = difference.Without(expected);
+  } else if (through == OrbitThrough::kStates || (unresolved_mps_ > 0.0 && states_.size() > 2)) {
+    interpolation = Unchecked(through);
+  } else {
+    interpolation = DifferenceToOrbit(NewtonPolynomial(states_, through), rate / count);
   }
+  errors.interpolation_m = interpolation.position_m;
+  errors.interpolation_mps = interpolation.velocity_mps;
   return errors;
 }
 
@@ -231,8 +421,12 @@ double Recording::DenseStep_s(PathThrough way, double direction_rad) const {
 }
 
 PathErrors Recording::ErrorsOf(PathThrough through) const {
+  // The polynomial of degree 7 of two states is their cubic.
+  const bool cubic = through == PathThrough::kOrbit && states_.size() == 2;
   const bool polynomials = through == PathThrough::kOrbit || through == PathThrough::kPositions;
-  return polynomials ? ErrorsOfPolynomials(through) : ErrorsOfCubic();
+  PathErrors errors = polynomials && !cubic ? ErrorsOfPolynomials(through) : ErrorsOfCubic();
+  errors.interpolation_mps = std::hypot(errors.interpolation_mps, unresolved_mps_);
+  return errors;
 }
 
 RecordedPath Recording::Read(PathThrough through, double direction_rad) const {
@@ -244,7 +438,7 @@ RecordedPath Recording::Read(PathThrough through, double direction_rad) const {
     case PathThrough::kStates:
       out.through = PathThrough::kStates;
       out.path = FlightPath(states_);
-      out.errors = ErrorsOfCubic();
+      out.errors = ErrorsOf(through);
       break;
     case PathThrough::kOrbit:
     case PathThrough::kPositions:
@@ -252,7 +446,7 @@ RecordedPath Recording::Read(PathThrough through, double direction_rad) const {
           states_,
           DenseStep_s(through, direction_rad),
           through == PathThrough::kOrbit ? OrbitThrough::kStates : OrbitThrough::kPositions));
-      out.errors = ErrorsOfPolynomials(through);
+      out.errors = ErrorsOf(through);
       break;
     case PathThrough::kSmooth: {
       SmoothedPath smooth = SmoothPath(states_, given_, strip_s_);
@@ -266,6 +460,14 @@ RecordedPath Recording::Read(PathThrough through, double direction_rad) const {
       out.errors.contradiction_mps =
           contradiction_mps_ * std::sqrt(std::min(1.0, length_s / span_s));
       out.errors.interpolation_mps = smooth.unfollowed_mps;
+      // Where all states are knots, or few, there is no finer spline to compare with.
+      if (out.path.states().size() == states_.size() || states_.size() < kFewStates) {
+        const bool known = !std::isnan(given_.position_m) && !std::isnan(given_.velocity_mps);
+        const StateNoise unfollowed = DifferenceToOrbit(
+            Followed{out.path}, known ? Square(smooth.remaining.velocity_mps) : 0.0);
+        out.errors.interpolation_m = unfollowed.position_m;
+        out.errors.interpolation_mps = unfollowed.velocity_mps;
+      }
       if (std::isnan(given_.position_m) && std::isnan(given_.velocity_mps)) break;
       out.fit = FitOfStates{smooth.positions.chi_square / smooth.positions.freedom,
                             smooth.positions.freedom,

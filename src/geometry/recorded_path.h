@@ -36,6 +36,13 @@ struct RecordedPath {
 /// (eq. (20)); where they still fall with the order there is no noise to be seen and it is 0.
 /// The contradiction is the mean over sixteenths of the strip of velocities less derivatives of the
 /// polynomials through nine positions (eq. (21)), 0 where it is not significant beside the noise.
+///
+/// What a path cannot follow between states is its difference to a polynomial of higher degree
+/// through more states. Where there are no more states, it is the error of that way on a circular
+/// flight at the same times, provided that the highest divided difference of the states is that of
+/// this circle, as it is for orbits. Any other flight gets the difference to the polynomial through
+/// one state less (the cubic: to parabolas), an upper bound
+/// (docs/theory/flight_path.md#few-states).
 class Recording {
  public:
   /// States of a FlightPath, sigmas where they are known. Keeps a copy of the states.
@@ -56,6 +63,16 @@ class Recording {
  private:
   [[nodiscard]] PathErrors ErrorsOfCubic() const;
   [[nodiscard]] PathErrors ErrorsOfPolynomials(PathThrough through) const;
+  [[nodiscard]] bool CubicsFollowCircle() const;
+  /// Velocity across the flight that less than ten states do not resolve: their scatter about the
+  /// mean velocities between them, 0 where these are far nearer to the means of two velocities.
+  [[nodiscard]] double Unresolved() const;
+  void AddDifferenceToParabolas(PathErrors* errors) const;
+  /// Error between states of the polynomial through all states, where there are no more.
+  [[nodiscard]] StateNoise Unchecked(OrbitThrough through) const;
+  /// The same of another path: its difference to kOrbit and the error of that.
+  template <typename Path>
+  [[nodiscard]] StateNoise DifferenceToOrbit(const Path& path, double noise_of_rate) const;
   [[nodiscard]] double DenseStep_s(PathThrough through, double direction_rad) const;
 
   std::vector<StateVector> states_;
@@ -63,6 +80,7 @@ class Recording {
   TimeSpan strip_s_;
   std::size_t first_ = 0, last_ = 0;  ///< intervals of the strip
   double contradiction_mps_ = 0.0;
+  double unresolved_mps_ = 0.0;
 };
 
 }  // namespace sarblock

@@ -160,6 +160,8 @@ class NewtonPolynomial {
   NewtonPolynomial(std::span<const StateVector> states, OrbitThrough through);
   /// Position and its derivative.
   [[nodiscard]] StateVector At(double time_s) const;
+  /// The divided difference of highest order: for p nodes that of order p - 1.
+  [[nodiscard]] const Eigen::Vector3d& HighestDifference() const { return coefficients_.back(); }
 
  private:
   Eigen::Vector3d origin_m_;  // keeps the differences small
