@@ -5,7 +5,9 @@
 #include "sarblock/core/statistics.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdlib>
 #include <map>
 #include <numeric>
 #include <tuple>
@@ -13,6 +15,7 @@
 
 #include "core/text.h"
 #include "core/threads.h"
+#include "geometry/state_checks.h"
 #include <Eigen/Geometry>
 
 namespace sarblock {
@@ -55,6 +58,11 @@ std::string VelocityRemark(const Pass& pass) {
   return "";
 }
 
+std::string AlternationRemark(const Pass& pass) {
+  const auto alternation = FindAlternation(pass.RecordedStates());
+  return alternation ? "pass " + pass.id + ": " + Describe(*alternation) : "";
+}
+
 // ---- what a pass sees
 
 /// A look at a known point, read on the nominal path at its measured time.
@@ -62,6 +70,7 @@ struct KnownLook {
   std::uint32_t point = 0;
   double range_ratio = 0.0;  ///< measured over the distance to the known position
   double ahead_m = 0.0;      ///< how far the known position lies ahead of the cone
+  double beam_mps = 0.0;     ///< at which the cone moves over it
   double range_m = 0.0;
   bool on_its_side = false;  ///< below the antenna, on the side it looks to
 };
@@ -69,7 +78,47 @@ struct KnownLook {
 struct PassLooks {
   std::vector<KnownLook> known;
   double shortest_range_m = kNotGiven;
+  std::size_t in_turn = 0, first_in_turn = 0;  ///< looks, and the first of them
 };
+
+/// A look is in a turn where the radius of the path is shorter than the range, so that the beam
+/// does not pass evenly over the ground and no image can be focused: from kNear of R/|v| before it
+/// to as long after, the velocity turns by 2 kNear or more (a low orbit: by an eighth of that), and
+/// within kAround of R/|v| by more than gusts make.
+constexpr double kNear = 0.025, kAround = 0.2, kGusts_rad = 0.35;
+
+double AngleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+std::vector<bool> PathsThatTurn(const Block& block) {
+  std::vector<bool> turn;
+  for (const Pass& pass : block.passes) {
+    const std::vector<StateVector>& states = pass.path.states();
+    turn.push_back(std::any_of(states.begin(), states.end(), [&states](const StateVector& state) {
+      return AngleBetween(states.front().velocity_mps, state.velocity_mps) > kGusts_rad;
+    }));
+  }
+  return turn;
+}
+
+/// By how much the velocity turns from `reach_s` before a time to as long after.
+double TurnAround_rad(const FlightPath& path, double time_s, double reach_s) {
+  Motion before, after;
+  if (!path.Evaluate(std::max(path.start_s(), time_s - reach_s), &before) ||
+      !path.Evaluate(std::min(path.end_s(), time_s + reach_s), &after)) {
+    return 0.0;
+  }
+  return AngleBetween(before.velocity_mps, after.velocity_mps);
+}
+
+bool IsInTurn(const FlightPath& path, double time_s, double range_m) {
+  Motion at;
+  if (std::isnan(range_m) || !path.Evaluate(time_s, &at)) return false;
+  const double scale_s = range_m / at.velocity_mps.norm();
+  return TurnAround_rad(path, time_s, kNear * scale_s) > 2.0 * kNear &&
+         TurnAround_rad(path, time_s, kAround * scale_s) > kGusts_rad;
+}
 
 /// Nothing where the look has no measured values or components of the position are not known.
 bool ReadKnownLook(const Block& block, std::size_t look, std::uint32_t point, KnownLook* out) {
@@ -88,12 +137,17 @@ bool ReadKnownLook(const Block& block, std::size_t look, std::uint32_t point, Kn
   out->range_m = looks.range_m[look];
   out->range_ratio = looks.range_m[look] / distance_m;
   out->ahead_m = v.dot(los_m) / speed_mps - distance_m * block.ConeOf(look).Sine(speed_mps);
+  out->beam_mps = speed_mps - motion.acceleration_mps2.dot(los_m) / speed_mps;
   out->on_its_side = up.cross(v).dot(los_m) * side > 0.0 && up.dot(los_m) < 0.0;
   return true;
 }
 
 /// Adds the looks of the points from `begin` to `end`.
-void AddLooks(const Block& block, std::size_t begin, std::size_t end, std::vector<PassLooks>* out) {
+void AddLooks(const Block& block,
+              const std::vector<bool>& turns,
+              std::size_t begin,
+              std::size_t end,
+              std::vector<PassLooks>* out) {
   const Looks& looks = block.looks;
   for (std::size_t j = begin; j < end; ++j) {
     const auto point = static_cast<std::uint32_t>(j);
@@ -106,6 +160,10 @@ void AddLooks(const Block& block, std::size_t begin, std::size_t end, std::vecto
       if (!(looks.range_m[i] >= pass.shortest_range_m)) {  // also where there was none yet
         if (!std::isnan(looks.range_m[i])) pass.shortest_range_m = looks.range_m[i];
       }
+      if (turns[looks.pass[i]] &&
+          IsInTurn(block.passes[looks.pass[i]].path, looks.time_s[i], looks.range_m[i])) {
+        if (pass.in_turn++ == 0) pass.first_in_turn = i;
+      }
       KnownLook look;
       if (compared && ReadKnownLook(block, i, point, &look)) pass.known.push_back(look);
     }
@@ -114,19 +172,35 @@ void AddLooks(const Block& block, std::size_t begin, std::size_t end, std::vecto
 
 std::vector<PassLooks> LooksByPass(const Block& block) {
   const std::size_t points = block.points.size();
+  const std::vector<bool> turns = PathsThatTurn(block);
   std::vector<std::vector<PassLooks>> pieces(PiecesOfLooks(points),
                                              std::vector<PassLooks>(block.passes.size()));
   ForPiecesOfLooks(points, [&](std::size_t piece, std::size_t begin, std::size_t end) {
-    AddLooks(block, begin, end, &pieces[piece]);
+    AddLooks(block, turns, begin, end, &pieces[piece]);
   });
   std::vector<PassLooks> out(block.passes.size());
   for (const std::vector<PassLooks>& piece : pieces) {
     for (std::size_t i = 0; i < out.size(); ++i) {
       out[i].shortest_range_m = std::fmin(out[i].shortest_range_m, piece[i].shortest_range_m);
+      if (out[i].in_turn == 0) out[i].first_in_turn = piece[i].first_in_turn;
+      out[i].in_turn += piece[i].in_turn;
       out[i].known.insert(out[i].known.end(), piece[i].known.begin(), piece[i].known.end());
     }
   }
   return out;
+}
+
+std::string TurnRemark(const Block& block, const Pass& pass, const PassLooks& looks) {
+  if (looks.in_turn == 0) return "";
+  const std::vector<std::uint64_t>& offsets = block.looks.offsets;
+  const auto after = std::upper_bound(offsets.begin(), offsets.end(), looks.first_in_turn);
+  const auto point = static_cast<std::uint32_t>(after - offsets.begin() - 1);
+  return "pass " + pass.id + ": " + std::to_string(looks.in_turn) +
+         " looks are in a turn of its path, the first of point " +
+         std::string(block.points.ids[point]) + " at " +
+         Short(block.looks.time_s[looks.first_in_turn]) +
+         " s: no image can be focused there, and points are seen more than once; leave these looks "
+         "out, or their times are mistaken";
 }
 
 std::string SideRemark(const Pass& pass, const PassLooks& looks) {
@@ -142,16 +216,17 @@ std::string SideRemark(const Pass& pass, const PassLooks& looks) {
 }
 
 struct Medians {
-  double ratio = 1.0, ahead_m = 0.0;
+  double ratio = 1.0, ahead_m = 0.0, ahead_s = 0.0;
 };
 
 Medians MediansOf(const std::vector<KnownLook>& known) {
-  std::vector<double> ratio, ahead;
+  std::vector<double> ratio, ahead, ahead_s;
   for (const KnownLook& look : known) {
     ratio.push_back(look.range_ratio);
     ahead.push_back(look.ahead_m);
+    ahead_s.push_back(look.ahead_m / look.beam_mps);
   }
-  return {Median(ratio), Median(ahead)};
+  return {Median(ratio), Median(ahead), Median(ahead_s)};
 }
 
 std::string KnownPointsRemark(const Pass& pass, const PassLooks& looks, const Medians& median) {
@@ -163,9 +238,8 @@ std::string KnownPointsRemark(const Pass& pass, const PassLooks& looks, const Me
   }
   const double range_m = looks.known.front().range_m;
   if (std::abs(median.ahead_m) <= kPassPart * range_m) return "";
-  const double speed_mps = pass.path.states().front().velocity_mps.norm();
   return "pass " + pass.id + ": its known points lie " + Km(std::abs(median.ahead_m)) + " (" +
-         Short(std::abs(median.ahead_m) / speed_mps) + " s of flight) " +
+         Short(std::abs(median.ahead_s)) + " s of flight) " +
          (median.ahead_m > 0.0 ? "ahead of" : "behind") + " where its looks see them" + of +
          ": times of another origin, a path or control of another frame";
 }
@@ -245,7 +319,9 @@ std::vector<std::string> ExaminePlausibility(const Block& block) {
   for (std::size_t i = 0; i < block.passes.size(); ++i) {
     const Pass& pass = block.passes[i];
     add(VelocityRemark(pass));
+    add(AlternationRemark(pass));
     add(HeightRemark(block, pass, looks[i]));
+    add(TurnRemark(block, pass, looks[i]));
     if (looks[i].known.empty()) continue;
     medians[i] = MediansOf(looks[i].known);
     std::string side = SideRemark(pass, looks[i]);
@@ -256,6 +332,99 @@ std::vector<std::string> ExaminePlausibility(const Block& block) {
     add(std::move(remark));
   }
   add(PointsRemark(block, looks, medians));
+  return remarks;
+}
+
+namespace {
+
+/// Days and seconds of an epoch as blocks give it (2022-10-16T23:59:50Z), 0 of others.
+struct EpochText {
+  std::string date;
+  double of_day_s = 0.0;
+  explicit EpochText(const std::string& text) {
+    constexpr std::size_t kLength = 19;
+    if (text.size() < kLength || text[10] != 'T') return;
+    const auto two = [&text](std::size_t at) { return std::atoi(text.substr(at, 2).c_str()); };
+    date = text.substr(0, 10);
+    of_day_s = 3600.0 * two(11) + 60.0 * two(14) + two(17);
+  }
+};
+
+/// States that two passes share.
+struct SharedStates {
+  std::size_t count = 0;
+  double later_s = 0.0;  ///< how much later the second pass has them
+};
+
+double LaterBy_s(const Pass& a, double a_s, const Pass& b, double b_s) {
+  return b_s - a_s + EpochText(b.epoch_utc).of_day_s - EpochText(a.epoch_utc).of_day_s;
+}
+
+std::string SameFlightRemark(const Pass& a, const Pass& b, const SharedStates& shared) {
+  constexpr double kSame_s = 1e-3;
+  const std::string both = "passes " + a.id + " and " + b.id + " have " +
+                           std::to_string(shared.count) + " recorded states in common";
+  if (EpochText(a.epoch_utc).date != EpochText(b.epoch_utc).date ||
+      std::abs(shared.later_s) > kSame_s) {
+    return both + " at different times (epochs " + Quoted(a.epoch_utc) + " and " +
+           Quoted(b.epoch_utc) + ", " + Short(shared.later_s) +
+           " s later on its day): one of both has the orbit of another date";
+  }
+  return both +
+         ": they are one flight. Errors of its path are the same in both; corrections of each pass "
+         "by itself take them for independent, and standard deviations come out up to 1.4 times "
+         "too small: shared = true and passes = [" +
+         Quoted(a.id) + ", " + Quoted(b.id) + "] in these corrections make them one";
+}
+
+}  // namespace
+
+std::vector<std::string> FindSameFlights(
+    const Block& block, const std::function<bool(std::size_t, std::size_t)>& share) {
+  using Place = std::array<double, 3>;
+  struct State {
+    Place place;
+    double time_s;
+    std::size_t pass;
+  };
+  std::vector<State> states;
+  for (std::size_t i = 0; i < block.passes.size(); ++i) {
+    for (const StateVector& state : block.passes[i].RecordedStates()) {
+      const Eigen::Vector3d& p_m = state.position_m;
+      states.push_back({{p_m.x(), p_m.y(), p_m.z()}, state.time_s, i});
+    }
+  }
+  std::stable_sort(states.begin(), states.end(), [](const State& a, const State& b) {
+    return a.place < b.place;
+  });
+  std::map<std::pair<std::size_t, std::size_t>, SharedStates> found;
+  for (std::size_t k = 0, end = 0; k < states.size(); k = end) {
+    while (end < states.size() && states[end].place == states[k].place) ++end;
+    for (std::size_t i = k + 1; i < end; ++i) {  // each with the first
+      const State &a = states[k], &b = states[i];
+      if (a.pass == b.pass) continue;
+      SharedStates& shared = found[{a.pass, b.pass}];
+      ++shared.count;
+      shared.later_s = LaterBy_s(block.passes[a.pass], a.time_s, block.passes[b.pass], b.time_s);
+    }
+  }
+  constexpr std::size_t kNamed = 5;
+  std::vector<std::string> remarks;
+  std::size_t more = 0;
+  for (const auto& [pair, shared] : found) {
+    const Pass &a = block.passes[pair.first], &b = block.passes[pair.second];
+    const std::size_t fewer = std::min(a.RecordedStates().size(), b.RecordedStates().size());
+    if (2 * shared.count < fewer || share(pair.first, pair.second)) continue;
+    if (remarks.size() < kNamed) {
+      remarks.push_back(SameFlightRemark(a, b, shared));
+    } else {
+      ++more;
+    }
+  }
+  if (more > 0) {
+    remarks.push_back(std::to_string(more) +
+                      " pairs of passes more have recorded states in common");
+  }
   return remarks;
 }
 

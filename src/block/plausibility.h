@@ -3,7 +3,9 @@
 
 #include "sarblock/block/block.h"
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -12,6 +14,8 @@ namespace sarblock {
 /// Contradictions within a block before the adjustment, one sentence each, at most one per kind
 /// and pass. Compared are
 ///   - the velocities of a path and the differences of its positions;
+///   - every second state and the others;
+///   - the looks and turns of the path;
 ///   - the height of flight and the ranges (no range is shorter than the height above the ground:
 ///     the ellipsoid, or in a local frame the known points);
 ///   - the known points (control and check) of a pass and its looks: side, range, place along the
@@ -20,6 +24,12 @@ namespace sarblock {
 /// Errors of paths that navigation may have, up to some per cent of the range, draw no remark:
 /// mistakes of units, frames, sides, files and names do. Linear in the looks.
 [[nodiscard]] std::vector<std::string> ExaminePlausibility(const Block& block);
+
+/// Passes that have the same recorded states, a sentence for each pair: one flight under two names,
+/// whose errors are the same, or, if the times differ, the orbit of another date. Passes whose
+/// indices `share` joins are one flight that is known to be one.
+[[nodiscard]] std::vector<std::string> FindSameFlights(
+    const Block& block, const std::function<bool(std::size_t, std::size_t)>& share);
 
 /// Throws InputError naming a pass of a geocentric frame whose path runs nearer to the centre than
 /// half the smaller axis of the ellipsoid: local coordinates, or another body.

@@ -102,6 +102,28 @@ void WarnOfRejectedPasses(BlockReading* reading) {
   }
 }
 
+/// Whether there are corrections of the path, all of them shared by the two passes.
+bool SharePathCorrections(const AdjustOptions& options,
+                          const std::string& pass_a,
+                          const std::string& pass_b) {
+  std::size_t shared = 0;
+  for (const CorrectionGroup& group : options.groups) {
+    if (!std::holds_alternative<PositionCorrection>(group.model) &&
+        !std::holds_alternative<VelocityCorrection>(group.model)) {
+      continue;
+    }
+    const auto has = [&group](const std::string& id) {
+      return group.passes.empty() ||
+             std::find(group.passes.begin(), group.passes.end(), id) != group.passes.end();
+    };
+    const bool a = has(pass_a), b = has(pass_b);
+    if (!a && !b) continue;
+    if (!(a && b && group.shared)) return false;
+    ++shared;
+  }
+  return shared > 0;
+}
+
 }  // namespace
 
 BlockFile ReadBlockFrom(const TableSource& source, const ReadOptions& options) {
@@ -119,6 +141,14 @@ BlockFile ReadBlockFrom(const TableSource& source, const ReadOptions& options) {
     reading.result.warnings.push_back(std::move(warning));
   }
   for (std::string& remark : ExaminePlausibility(reading.result.block)) {
+    reading.result.warnings.push_back(std::move(remark));
+  }
+  const AdjustOptions& adjust = reading.result.adjust;
+  for (std::string& remark :
+       FindSameFlights(reading.result.block, [&](std::size_t a, std::size_t b) {
+         return SharePathCorrections(
+             adjust, reading.result.block.passes[a].id, reading.result.block.passes[b].id);
+       })) {
     reading.result.warnings.push_back(std::move(remark));
   }
   const Copies copies = FindCopiedPasses(reading.result.block);

@@ -69,11 +69,13 @@ inline constexpr double kLargestLength_m = 1e12;
 /// empty path.
 struct PathTable {
   std::vector<std::vector<StateVector>> states;  ///< by pass
-  std::vector<std::size_t> lines;                ///< of each pass's last state
+  std::vector<std::vector<std::size_t>> lines;   ///< of each state
 };
 [[nodiscard]] PathTable ReadPaths(TableReader* reader,
                                   const IdTable& pass_ids,
                                   const char* holder = "block.toml");
+/// The line of a pass's last state, 0 if it has none.
+[[nodiscard]] std::size_t LastLine(const PathTable& table, std::size_t pass);
 
 /// Standard deviations that a pass gives in pixels; NaN where it gives none.
 struct PixelSigma {

@@ -17,6 +17,7 @@
 #include "core/memory.h"
 #include "core/text.h"
 #include "core/threads.h"
+#include "geometry/state_checks.h"
 #include "tables/csv.h"
 #include "tables/open.h"
 #include "tables/toml.h"
@@ -51,10 +52,28 @@ Eigen::Vector3d Velocity(const Row& row) {
 
 }  // namespace
 
+namespace {
+
+void RefuseCloseStates(const TableReader& reader, const IdTable& pass_ids, const PathTable& table) {
+  for (std::uint32_t pass = 0; pass < pass_ids.size(); ++pass) {
+    const std::vector<StateVector>& states = table.states[pass];
+    const auto close = FindCloseStates(states);
+    if (!close) continue;
+    const std::size_t second = close->second;
+    throw InputError(reader.PlaceAt(table.lines[pass][second], kPathColumns("time_s")),
+                     "the states of pass " + Quoted(pass_ids[pass]) + " at " +
+                         NumberText(states[second].time_s) + " s and, on " +
+                         reader.NameOfLine(table.lines[pass][second - 1]) + ", at " +
+                         NumberText(states[second - 1].time_s) + " s are " + Describe(*close));
+  }
+}
+
+}  // namespace
+
 PathTable ReadPaths(TableReader* reader, const IdTable& pass_ids, const char* holder) {
   PathTable table;
   table.states.resize(pass_ids.size());
-  table.lines.resize(pass_ids.size(), 0);
+  table.lines.resize(pass_ids.size());
   IdFinder passes("pass", pass_ids, holder);
   ForRows(reader, [&](const Row& row) {
     const std::uint32_t pass = passes.Find(row, kPathColumns("pass"));
@@ -62,8 +81,9 @@ PathTable ReadPaths(TableReader* reader, const IdTable& pass_ids, const char* ho
     const StateVector state{
         row.RequiredNumber(kPathColumns("time_s")), Position(row), Velocity(row)};
     if (!states.empty() && !(state.time_s > states.back().time_s)) {
-      const std::string before = "; the state before, on " + reader->NameOfLine(table.lines[pass]) +
-                                 ", is at " + NumberText(states.back().time_s) + " s";
+      const std::string before = "; the state before, on " +
+                                 reader->NameOfLine(table.lines[pass].back()) + ", is at " +
+                                 NumberText(states.back().time_s) + " s";
       const std::string id = Quoted(pass_ids[pass]);
       row.Fail(kPathColumns("time_s"),
                state.time_s == states.back().time_s
@@ -76,9 +96,14 @@ PathTable ReadPaths(TableReader* reader, const IdTable& pass_ids, const char* ho
       row.Fail(kPathColumns("vx_mps"), "the velocity is zero, the antenna must move");
     }
     states.push_back(state);
-    table.lines[pass] = row.line();
+    table.lines[pass].push_back(row.line());
   });
+  RefuseCloseStates(*reader, pass_ids, table);
   return table;
+}
+
+std::size_t LastLine(const PathTable& table, std::size_t pass) {
+  return table.lines[pass].empty() ? 0 : table.lines[pass].back();
 }
 
 void ReadTrajectories(BlockReading* reading) {
@@ -94,7 +119,7 @@ void ReadTrajectories(BlockReading* reading) {
           "pass " + Quoted(pass.id) + " has no states in trajectories.csv, two or more are needed");
     }
     if (table.states[i].size() == 1) {
-      throw InputError(reader->PlaceAt(table.lines[i], kPathColumns("pass")),
+      throw InputError(reader->PlaceAt(table.lines[i].back(), kPathColumns("pass")),
                        "pass " + Quoted(pass.id) + " has one state, two or more are needed");
     }
     pass.path = FlightPath(std::move(table.states[i]));
@@ -337,7 +362,7 @@ void ReadTruePaths(TableReader* reader, const Block& block, Truth* truth) {
   PathTable table = ReadPaths(reader, pass_ids);
   for (std::size_t i = 0; i < table.states.size(); ++i) {
     if (table.states[i].size() < 2) {
-      throw InputError(reader->PlaceAt(table.lines[i], kPathColumns("pass")),
+      throw InputError(reader->PlaceAt(LastLine(table, i), kPathColumns("pass")),
                        "pass " + Quoted(block.passes[i].id) + " has " +
                            std::to_string(table.states[i].size()) +
                            " states, two or more are needed");

@@ -460,7 +460,7 @@ void ReadResultPaths(ResultReading* reading) {
   PathTable table = ReadPaths(reader.get(), reading->pass_ids, kSummaryFile);
   for (std::size_t i = 0; i < table.states.size(); ++i) {
     if (table.states[i].size() < 2) {
-      throw InputError(reader->PlaceAt(table.lines[i], kPathColumns("pass")),
+      throw InputError(reader->PlaceAt(LastLine(table, i), kPathColumns("pass")),
                        "pass " + Quoted(reading->pass_ids[i]) +
                            " has fewer than two states, two or more are needed");
     }

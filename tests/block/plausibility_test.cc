@@ -5,6 +5,8 @@
 
 #include "sarblock/core/error.h"
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
 #include <string>
 #include <utility>
@@ -17,6 +19,7 @@
 namespace sarblock {
 namespace {
 
+using testing::AllOf;
 using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -46,6 +49,85 @@ void ChangeLooks(std::uint32_t pass,
   for (std::size_t i = 0; i < block.looks.size(); ++i) {
     if (block.looks.pass[i] == pass) change(i);
   }
+}
+
+// A quarter of a circle of 1.9 km between straight legs, ranges of 5 km: looks on the legs are no
+// look in a turn, those between are.
+TEST(PlausibilityTest, LooksInATurnAreNamed) {
+  constexpr double kRadius_m = 1900.0, kSpeed_mps = 97.0, kLeg_s = 120.0;
+  const double turn_s = 0.5 * M_PI * kRadius_m / kSpeed_mps;
+  const auto at = [&](double time_s) -> StateVector {
+    if (time_s < 0.0) return {time_s, {kSpeed_mps * time_s, 0.0, 3000.0}, {kSpeed_mps, 0.0, 0.0}};
+    const double angle = std::min(time_s, turn_s) * kSpeed_mps / kRadius_m;
+    const double after_m = kSpeed_mps * std::max(0.0, time_s - turn_s);
+    return {time_s,
+            {kRadius_m * std::sin(angle), kRadius_m * (1.0 - std::cos(angle)) + after_m, 3000.0},
+            {kSpeed_mps * std::cos(angle), kSpeed_mps * std::sin(angle), 0.0}};
+  };
+  Block block = test::MakeBlock(test::AircraftPlan(0.0, false)).block;
+  std::vector<StateVector> states;
+  for (double t_s = -kLeg_s; t_s < turn_s + kLeg_s; t_s += 0.7) states.push_back(at(t_s));
+  block.passes[0].path = FlightPath(std::move(states));
+  const auto times = [&](double time_s) {
+    ChangeLooks(
+        0,
+        [&](std::size_t i) {
+          block.looks.time_s[i] = time_s;
+          block.looks.range_m[i] = 5000.0;
+        },
+        block);
+  };
+  const auto named = Contains(HasSubstr("looks are in a turn of its path, the first of point "));
+  times(-60.0);
+  EXPECT_THAT(ExaminePlausibility(block), testing::Not(named));
+  times(turn_s + 60.0);
+  EXPECT_THAT(ExaminePlausibility(block), testing::Not(named));
+  times(0.5 * turn_s);
+  EXPECT_THAT(ExaminePlausibility(block), named);
+}
+
+// One flight under two names, and the same states at other times or on another day.
+TEST(SameFlightsTest, PassesWithTheSameStatesAreNamed) {
+  const auto unshared = [](std::size_t, std::size_t) { return false; };
+  Block block = RightBlock(test::OrbitPlan(0.0, false));
+  for (Pass& pass : block.passes) pass.epoch_utc = "2022-10-16T01:50:44Z";
+  EXPECT_THAT(FindSameFlights(block, unshared), IsEmpty());
+  block.passes[1].path = block.passes[0].path;
+  const std::string both = "passes " + block.passes[0].id + " and " + block.passes[1].id + " have ";
+  EXPECT_THAT(FindSameFlights(block, unshared),
+              ElementsAre(AllOf(HasSubstr(both), HasSubstr("they are one flight"))));
+  EXPECT_THAT(FindSameFlights(block, [](std::size_t a, std::size_t b) { return a == 0 && b == 1; }),
+              IsEmpty());
+  ChangeStates(
+      1, [](StateVector* state) { state->time_s += 3.5; }, &block);
+  EXPECT_THAT(FindSameFlights(block, unshared),
+              ElementsAre(HasSubstr("3.5 s later on its day): one of both has the orbit of another "
+                                    "date")));
+  ChangeStates(
+      1, [](StateVector* state) { state->time_s -= 3.5; }, &block);
+  block.passes[1].epoch_utc = "2022-10-28T01:50:44Z";
+  EXPECT_THAT(FindSameFlights(block, unshared), ElementsAre(HasSubstr("orbit of another date")));
+  // The epoch moved and the times with it: one flight again.
+  block.passes[1].epoch_utc = "2022-10-16T01:50:41Z";
+  ChangeStates(
+      1, [](StateVector* state) { state->time_s += 3.0; }, &block);
+  EXPECT_THAT(FindSameFlights(block, unshared), ElementsAre(HasSubstr("they are one flight")));
+}
+
+TEST(PlausibilityTest, StatesThatAlternateBetweenTwoSolutionsAreNamed) {
+  Block block = RightBlock(test::OrbitPlan(0.0, false));
+  std::vector<StateVector> states;
+  const FlightPath& path = block.passes[0].path;
+  for (int k = 0; k < 40; ++k) {
+    const double time_s = path.start_s() + (path.end_s() - path.start_s()) * k / 39.0;
+    const Motion motion = *path.At(time_s);
+    const Eigen::Vector3d off_m(0.0, k % 2 == 0 ? 0.0 : 0.61, 0.0);
+    states.push_back({time_s, motion.position_m + off_m, motion.velocity_mps});
+  }
+  block.passes[0].path = FlightPath(std::move(states));
+  EXPECT_THAT(ExaminePlausibility(block),
+              Contains(AllOf(HasSubstr("pass " + block.passes[0].id + ": its states alternate"),
+                             HasSubstr("0.61 m"))));
 }
 
 TEST(PlausibilityTest, RightBlocksDrawNoRemark) {

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+// States that are no one's path: merged solutions, which follow each other closely or alternate.
+#include "geometry/state_checks.h"
+
+#include "sarblock/core/statistics.h"
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+StateVector OnTestCircle(double time_s) {
+  constexpr double kSize_m = 7071234.5, kTurning_radps = 1.0618e-3;
+  const double angle = 0.7 + kTurning_radps * time_s;
+  return {time_s,
+          kSize_m * Eigen::Vector3d(std::cos(angle), 0.3, std::sin(angle)),
+          kSize_m * kTurning_radps * Eigen::Vector3d(-std::sin(angle), 0.0, std::cos(angle))};
+}
+
+std::vector<StateVector> StatesOnCircle(double spacing_s, int count) {
+  std::vector<StateVector> states;
+  for (int k = 0; k < count; ++k) states.push_back(OnTestCircle(spacing_s * k));
+  return states;
+}
+
+// Hand arithmetic: 12 eps 7.4e6 m is the square of 0.14 ms; a thousandth of 10 s is 10 ms.
+TEST(CloseStatesTest, AStateAgainShortlyAfterIsFound) {
+  for (const double apart_s : {1e-6, 1e-4, 9e-3}) {
+    auto states = StatesOnCircle(10.0, 12);
+    states.insert(states.begin() + 7, OnTestCircle(60.0 + apart_s));
+    const auto close = FindCloseStates(states);
+    ASSERT_TRUE(close) << apart_s;
+    EXPECT_EQ(close->second, 7U);
+    EXPECT_NEAR(close->apart_s, apart_s, 1e-12);
+    EXPECT_EQ(close->usual_s, 10.0);
+  }
+}
+
+TEST(CloseStatesTest, AllStatesTwiceAreFoundTheFirstPairNamed) {
+  std::vector<StateVector> states;
+  for (int k = 0; k < 12; ++k) {
+    states.push_back(OnTestCircle(10.0 * k));
+    states.push_back(OnTestCircle(10.0 * k + 5e-3));
+  }
+  const auto close = FindCloseStates(states);
+  ASSERT_TRUE(close);
+  EXPECT_EQ(close->second, 1U);
+}
+
+TEST(CloseStatesTest, RecordingsOfAnyRateWithPausesAreNotClose) {
+  for (const double spacing_s : {1e-3, 0.01, 1.0, 10.0, 300.0}) {
+    auto states = StatesOnCircle(spacing_s, 200);
+    EXPECT_FALSE(FindCloseStates(states)) << spacing_s;
+    for (std::size_t k = 100; k < states.size(); ++k)
+      states[k] = OnTestCircle(states[k].time_s + 900.0);
+    EXPECT_FALSE(FindCloseStates(states)) << spacing_s;
+  }
+  EXPECT_FALSE(FindCloseStates(StatesOnCircle(1.0, 2)));
+  EXPECT_FALSE(FindCloseStates({}));
+}
+
+// Two solutions, one displaced by a known vector, their states in turn, at even and uneven times.
+TEST(AlternationTest, TwoSolutionsInterleavedAreFoundWithTheirDistance) {
+  const Eigen::Vector3d apart_m(0.5, -0.62, 0.38), apart_mps(0.003, 0.0, -0.004);
+  for (const double spacing_s : {1.0, 10.0, 60.0}) {
+    for (const double late : {0.0, 0.2}) {  // of an interval, of every second state
+      std::vector<StateVector> states;
+      for (int k = 0; k < 30; ++k) {
+        states.push_back(OnTestCircle(spacing_s * (k + (k % 2 == 1 ? late : 0.0))));
+        if (k % 2 == 0) continue;
+        states.back().position_m += apart_m;
+        states.back().velocity_mps += apart_mps;
+      }
+      const auto found = FindAlternation(states);
+      ASSERT_TRUE(found) << spacing_s;
+      EXPECT_NEAR(found->position_m, apart_m.norm(), 1e-3) << spacing_s;
+      EXPECT_NEAR(found->velocity_mps, apart_mps.norm(), 1e-5) << spacing_s;
+    }
+  }
+}
+
+// Seeded statistics: 2,000 draws of noise, and flights without any.
+TEST(AlternationTest, NoiseAndFlightsAreNoAlternation) {
+  for (const double spacing_s : {0.01, 1.0, 10.0, 60.0, 300.0}) {
+    for (const int count : {8, 20, 31, 400}) {
+      EXPECT_FALSE(FindAlternation(StatesOnCircle(spacing_s, count))) << spacing_s << " " << count;
+    }
+  }
+  for (std::uint64_t seed = 0; seed < 2000; ++seed) {
+    RandomStream random(48, seed);
+    auto states = StatesOnCircle(1.0, 20 + static_cast<int>(seed % 40));
+    for (StateVector& state : states) {
+      for (Eigen::Index i = 0; i < 3; ++i) {
+        state.position_m[i] += 0.05 * random.Normal();
+        state.velocity_mps[i] += 0.01 * random.Normal();
+      }
+    }
+    EXPECT_FALSE(FindAlternation(states)) << seed;
+  }
+}
+
+}  // namespace
+}  // namespace sarblock
