@@ -191,17 +191,21 @@ std::string SigmaText(const LookSigma& sigma) {
   return fmt::format("{:.3g} m in range, {:.3g} {} in azimuth", sigma.range_m, sigma.azimuth, unit);
 }
 
-std::string DescribeGrid(const ImportedProduct& product, const char* orbit) {
-  return fmt::format(
-      "{}: {} of {} grid points fit the {} orbit within {:.2f} mm in range, {:.1f} mm "
-      "along track (mean {:.1f} mm)\n",
-      product.pass,
-      product.good,
-      product.grid_points,
-      orbit,
-      1e3 * product.largest_range_m,
-      1e3 * product.largest_along_m,
-      1e3 * product.mean_along_m);
+std::string DescribeGrid(const ImportedProduct& product) {
+  const std::string fit =
+      fmt::format("{}: {} of {} grid points fit the {}",
+                  product.pass,
+                  product.good,
+                  product.grid_points,
+                  !product.orbit_file.empty()    ? "orbit of " + product.orbit_file
+                  : product.orbit_source.empty() ? "annotated orbit"
+                                                 : product.orbit_source + " orbit");
+  if (product.good == 0) return fit + "\n";
+  return fmt::format("{} within {:.2f} mm in range, {:.1f} mm along track (mean {:.1f} mm)\n",
+                     fit,
+                     1e3 * product.largest_range_m,
+                     1e3 * product.largest_along_m,
+                     1e3 * product.mean_along_m);
 }
 
 std::string DescribeImport(const ImportArguments& arguments, const ImportedBlock& imported) {
@@ -209,9 +213,8 @@ std::string DescribeImport(const ImportArguments& arguments, const ImportedBlock
   const auto out = std::back_inserter(text);
   for (std::size_t i = 0; i < imported.products.size(); ++i) {
     const ImportedProduct& product = imported.products[i];
-    const char* const orbit = arguments.orbits.empty() ? product.orbit_source.c_str() : "given";
-    text += product.grid_points > 0 ? DescribeGrid(product, orbit)
-                                    : product.pass + ": " + product.file + "\n";
+    text +=
+        product.grid_points > 0 ? DescribeGrid(product) : product.pass + ": " + product.file + "\n";
     fmt::format_to(
         out, "  standard deviations of its looks: {}\n", SigmaText(imported.block.passes[i].sigma));
     if (product.corners > 0) {
@@ -251,6 +254,7 @@ std::string ImportJson(const ImportArguments& arguments, const ImportedBlock& im
     products.push_back({{"file", product.file},
                         {"pass", product.pass},
                         {"orbit_source", product.orbit_source},
+                        {"orbit_file", product.orbit_file},
                         {"grid_points", product.grid_points},
                         {"good", product.good},
                         {"largest_range_misfit_m", product.largest_range_m},
@@ -295,17 +299,19 @@ std::string ImportJson(const ImportArguments& arguments, const ImportedBlock& im
 }
 
 SensorImage ReadImageFile(const ImportArguments& arguments, const std::string& file) {
+  const Sentinel1Use use{RoleOf(arguments.grid) ? PartUse::kUsed : PartUse::kCompared,
+                         arguments.orbits.empty() ? PartUse::kUsed : PartUse::kCompared};
   switch (arguments.kind) {
     case ImportKind::kSentinel1:
-      return ReadSentinel1(file);
+      return ReadSentinel1(file, use);
     case ImportKind::kNisar:
-      return ReadNisar(file, arguments.frequency);
+      return ReadNisar(file, arguments.frequency, use.grid);
     case ImportKind::kSicd:
       return ReadSicd(file);
     case ImportKind::kImages:
       break;
   }
-  return ReadSensorImage(file, arguments.frequency);
+  return ReadSensorImage(file, arguments.frequency, use);
 }
 
 int RunImport(const ImportArguments& arguments, const Session& session) {

@@ -493,19 +493,43 @@ void BlockBuilder::CompareWithGiven(const MatchedPoints& matches,
 
 void BlockBuilder::FailOutside(const MatchedPoints& matches,
                                const MatchedPoint& row,
-                               const ImagePass& image,
-                               const char* problem) const {
-  const bool range_down = image.axes != RasterAxes::kAzimuthDown;
-  throw InputError(
-      FilePlace{matches.file, row.file_line, "line"},
-      fmt::format("line {} and sample {} are outside image {}: {}",
-                  NumberText(row.line_px),
-                  NumberText(row.sample_px),
-                  Quoted(row.image),
-                  problem != nullptr ? problem
-                                     : fmt::format("it has {} lines and {} samples",
-                                                   range_down ? image.samples : image.lines,
-                                                   range_down ? image.lines : image.samples)));
+                               const std::string& problem) const {
+  throw InputError(FilePlace{matches.file, row.file_line, "line"},
+                   fmt::format("line {} and sample {} are outside image {}: {}",
+                               NumberText(row.line_px),
+                               NumberText(row.sample_px),
+                               Quoted(row.image),
+                               problem));
+}
+
+// Refuses places where the image has no pixel. `place` is in its raster.
+void BlockBuilder::RequireValid(const MatchedPoints& matches,
+                                const MatchedPoint& row,
+                                const ImagePass& image,
+                                const ImageCoordinates& place) const {
+  if (!Contains(image, place)) {
+    const bool range_down = image.axes != RasterAxes::kAzimuthDown;
+    FailOutside(matches,
+                row,
+                fmt::format("it has {} lines and {} samples{}",
+                            range_down ? image.samples : image.lines,
+                            range_down ? image.lines : image.samples,
+                            image.counting));
+  }
+  const double line_px = std::max(0.0, std::round(place.line_px));
+  if (!(line_px < static_cast<double>(image.valid_samples.size()))) return;
+  const auto [first, last] = image.valid_samples[static_cast<std::size_t>(line_px)];
+  if (first < 0 || last < first) {
+    FailOutside(
+        matches, row, fmt::format("line {} of it has no valid sample{}", line_px, image.counting));
+  }
+  if (place.pixel_px < first - 0.5 || place.pixel_px > last + 0.5) {
+    FailOutside(
+        matches,
+        row,
+        fmt::format(
+            "samples {} to {} of line {} are valid{}", first, last, line_px, image.counting));
+  }
 }
 
 void BlockBuilder::SetApertureMatch(const MatchedPoints& matches,
@@ -516,10 +540,10 @@ void BlockBuilder::SetApertureMatch(const MatchedPoints& matches,
   const Pass& pass = block_.passes[look->pass];
   const SicdImage& sicd = image.aperture->sicd;
   const auto measured = LookOfPlace(sicd, place.line_px, place.pixel_px);
-  if (!measured) FailOutside(matches, row, image, "they have no range and range rate");
+  if (!measured) FailOutside(matches, row, "they have no range and range rate");
   look->time_s = measured->time_s + image.aperture->start_s;
   if (!pass.path.At(look->time_s)) {
-    FailOutside(matches, row, image, "its path does not cover the time");
+    FailOutside(matches, row, "its path does not cover the time");
   }
   look->range_m = measured->range_m;
   const double hertz_per_mps = 2.0 / pass.wavelength_m;
@@ -532,7 +556,7 @@ void BlockBuilder::SetApertureMatch(const MatchedPoints& matches,
                                   place.pixel_px,
                                   or_pixel(row.line_sigma_px),
                                   or_pixel(row.sample_sigma_px));
-  if (!sigma) FailOutside(matches, row, image, "range and range rate do not change there");
+  if (!sigma) FailOutside(matches, row, "range and range rate do not change there");
   if (!std::isnan(row.line_sigma_px)) look->range_sigma_m = sigma->range_m;
   if (!std::isnan(row.sample_sigma_px)) {
     look->azimuth_sigma = sigma->range_rate_mps * hertz_per_mps;
@@ -546,12 +570,12 @@ void BlockBuilder::SetMatch(const MatchedPoints& matches,
   const Pass& pass = block_.passes[look->pass];
   const ImagePass& image = images_[look->pass];
   const ImageCoordinates place = RasterFromFile(image, PlaceOf(matches, row));
-  if (!Contains(image, place)) FailOutside(matches, row, image, nullptr);
+  RequireValid(matches, row, image, place);
   if (image.aperture) return SetApertureMatch(matches, row, place, look);
   const auto radar = RadarFromImage(*pass.image, place);
-  if (!radar) FailOutside(matches, row, image, "they have no slant range");
+  if (!radar) FailOutside(matches, row, "they have no slant range");
   if (!pass.path.At(radar->time_s)) {
-    FailOutside(matches, row, image, "its path does not cover the time");
+    FailOutside(matches, row, "its path does not cover the time");
   }
   const bool range_down = image.axes != RasterAxes::kAzimuthDown;
   look->time_s = radar->time_s;

@@ -149,6 +149,10 @@ struct ImagePass {
   Pass pass{};
   std::optional<std::array<double, 2>> span_s{};  ///< of the strip; nothing: that of its looks
   std::size_t lines = 0, samples = 0;             ///< of the raster; 0: not known
+  /// First and last sample of each line that belong to the image; empty: all.
+  std::vector<std::array<int, 2>> valid_samples{};
+  const char* counting = "";  ///< what a refusal of places outside adds: who counts otherwise
+  std::string orbit_file{};   ///< that the path was taken from; empty: the image's own
   RasterAxes axes = RasterAxes::kAzimuthDown;
   /// What the image itself says of its looks, in metres at the target.
   std::optional<double> range_sigma_m{}, azimuth_sigma_m{};
@@ -218,8 +222,11 @@ class BlockBuilder {
                         NewLook* look) const;
   [[noreturn]] void FailOutside(const MatchedPoints& matches,
                                 const MatchedPoint& row,
-                                const ImagePass& image,
-                                const char* problem) const;
+                                const std::string& problem) const;
+  void RequireValid(const MatchedPoints& matches,
+                    const MatchedPoint& row,
+                    const ImagePass& image,
+                    const ImageCoordinates& place) const;
   void CompareWithGiven(const MatchedPoints& matches, const MatchedPoint& row, const NewLook& look);
   [[nodiscard]] std::uint32_t ImageOf(const MatchedPoints& matches, const MatchedPoint& row) const;
   [[nodiscard]] bool Contains(const ImagePass& image, const ImageCoordinates& place) const;

@@ -7,7 +7,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/text.h"
+#include "geometry/recorded_path.h"
 #include "geometry/smooth_path.h"
+#include "geometry/state_checks.h"
 #include <Eigen/Geometry>
 #include <fmt/core.h>
 
@@ -32,6 +35,47 @@ void RefuseGaps(const std::string& file, const std::vector<StateVector>& states)
                                  gap_s,
                                  kLongest_s));
   }
+}
+
+void RefuseCloseStates(const std::string& file, const std::vector<StateVector>& states) {
+  const auto close = FindCloseStates(states);
+  if (!close) return;
+  throw InputError(
+      FilePlace{file, 0, "orbit"},
+      fmt::format("states {} and {} are {}", close->second, close->second + 1, Describe(*close)));
+}
+
+// What a path leaves out between its states, and another way that is better.
+std::optional<std::string> ProblemBetweenStates(const std::vector<StateVector>& states,
+                                                const TimeSpan& image_s,
+                                                double step_s,
+                                                OrbitThrough through) {
+  constexpr double kRange_m = 1e6, kNamed_m = 0.1, kBetter = 0.5;
+  const Recording recording(states, {}, image_s);
+  const double turning_s = kRange_m / states.front().velocity_mps.norm();
+  const auto off_m = [&](PathThrough way) {
+    const PathErrors errors = recording.ErrorsOf(way);
+    return std::hypot(errors.interpolation_m, turning_s * errors.interpolation_mps);
+  };
+  const bool cubic = step_s == 0.0, positions = through == OrbitThrough::kPositions;
+  const double used_m = off_m(cubic       ? PathThrough::kStates
+                              : positions ? PathThrough::kPositions
+                                          : PathThrough::kOrbit);
+  if (!(used_m > kNamed_m)) return std::nullopt;
+  const bool through_states = positions || cubic;
+  const double other_m = off_m(through_states ? PathThrough::kOrbit : PathThrough::kPositions);
+  const char* const remedy = cubic       ? "--orbit-step-s 1"
+                             : positions ? "--orbit-through states"
+                                         : "--orbit-through positions";
+  return fmt::format(
+      "the path between the states of the orbit ({} states, {} s apart) is off by some {} m along "
+      "track at a range of 1000 km; {}",
+      states.size(),
+      NumberText((states.back().time_s - states.front().time_s) /
+                 static_cast<double>(states.size() - 1)),
+      Digits(used_m, 2),
+      other_m < kBetter * used_m ? fmt::format("with {} it is {} m", remedy, Digits(other_m, 2))
+                                 : std::string("denser states are needed"));
 }
 
 }  // namespace
@@ -61,10 +105,12 @@ std::vector<StateVector> StatesFrom(const std::vector<OrbitState>& states, const
 
 FlightPath PathThroughOrbit(const std::string& file,
                             const std::vector<StateVector>& states,
+                            const TimeSpan& image_s,
                             double step_s,
                             OrbitThrough through,
                             std::vector<std::string>* warnings) {
   RefuseGaps(file, states);
+  RefuseCloseStates(file, states);
   const double contradiction_mps = LargestContradiction_mps(states);
   if (through == OrbitThrough::kStates && contradiction_mps > kContradiction_mps) {
     warnings->push_back(
@@ -74,8 +120,14 @@ FlightPath PathThroughOrbit(const std::string& file,
                     file,
                     contradiction_mps));
   }
-  if (step_s == 0.0) return FlightPath(states);
-  return FlightPath(ResampleOrbit(states, step_s, through));
+  FlightPath path(step_s == 0.0 ? states : ResampleOrbit(states, step_s, through));
+  if (const auto problem = ProblemBetweenStates(states, image_s, step_s, through)) {
+    warnings->push_back(file + ": " + *problem);
+  }
+  if (const auto alternation = FindAlternation(states)) {
+    warnings->push_back(file + ": orbit: " + Describe(*alternation));
+  }
+  return path;
 }
 
 std::string Describe(const FaultyRow& row) {

@@ -36,9 +36,11 @@ struct OrbitState {
 
 /// The path through the states of an orbit, with a state every `step_s` (0: as given). States more
 /// than five minutes apart are refused; velocities that contradict the motion of the positions are
-/// a warning. `file` is for messages.
+/// a warning, and a path that is off by more than 0.1 m along track between the states around
+/// `image_s`. `file` is for messages.
 [[nodiscard]] FlightPath PathThroughOrbit(const std::string& file,
                                           const std::vector<StateVector>& states,
+                                          const TimeSpan& image_s,
                                           double step_s,
                                           OrbitThrough through,
                                           std::vector<std::string>* warnings);

@@ -11,6 +11,7 @@
 
 #include "core/text.h"
 #include "csm.h"
+#include "geometry/state_checks.h"
 #include "image.h"
 #include "tables/hdf5_file.h"
 #include "utc.h"
@@ -32,6 +33,17 @@ void AppendState(const XmlElement& element, const OrbitState& state, std::vector
   all->push_back(state);
 }
 
+// `elements` are those of the states.
+void RefuseCloseStates(const std::vector<XmlElement>& elements,
+                       const std::vector<OrbitState>& states) {
+  if (states.empty()) return;
+  const auto close = FindCloseStates(StatesFrom(states, states.front().time));
+  if (!close) return;
+  elements[close->second].Fail("this state and the one on line " +
+                               std::to_string(elements[close->second - 1].line()) + " are " +
+                               Describe(*close));
+}
+
 void ReadOrbit(const XmlElement& list, std::vector<OrbitState>* states) {
   for (const XmlElement& orbit : list.Children("orbit")) {
     const XmlElement frame = orbit.Child("frame");
@@ -44,6 +56,7 @@ void ReadOrbit(const XmlElement& list, std::vector<OrbitState>* states) {
                  ReadVector(orbit.Child("velocity"), "x", "y", "z")},
                 states);
   }
+  RefuseCloseStates(list.Children("orbit"), *states);
   if (states->size() < 2) list.Fail("has fewer than two states, a path needs two or more");
 }
 
@@ -66,13 +79,30 @@ GeolocationGridPoint ReadGridPoint(const XmlElement& element) {
   return point;
 }
 
-void ReadGrid(const XmlElement& list, std::vector<GeolocationGridPoint>* grid) {
+// The points; of a grid that is only compared, those that make no sense are left out with a
+// warning.
+void ReadGrid(const XmlElement& list, PartUse use, Sentinel1Product* product) {
+  std::vector<GeolocationGridPoint>* const grid = &product->grid;
   std::vector<std::pair<std::pair<int, int>, XmlElement>> places;
+  std::size_t left_out = 0;
+  std::string first;
   for (const XmlElement& element : list.Children("geolocationGridPoint")) {
-    grid->push_back(ReadGridPoint(element));
-    places.push_back({{grid->back().line, grid->back().pixel}, element});
+    try {
+      grid->push_back(ReadGridPoint(element));
+      places.push_back({{grid->back().line, grid->back().pixel}, element});
+    } catch (const InputError& error) {
+      if (use == PartUse::kUsed) throw;
+      if (left_out++ == 0) first = error.what();
+    }
   }
-  if (grid->empty()) list.Fail("has no geolocationGridPoint");
+  if (grid->empty()) list.Fail("has no geolocationGridPoint" + (first.empty() ? "" : ": " + first));
+  if (left_out > 0) {
+    product->warnings.push_back(fmt::format("{}: {} of {} grid points are left out, the first: {}",
+                                            product->file,
+                                            left_out,
+                                            left_out + grid->size(),
+                                            first));
+  }
   const auto by_place = [](const auto& a, const auto& b) { return a.first < b.first; };
   std::stable_sort(places.begin(), places.end(), by_place);
   for (std::size_t i = 1; i < places.size(); ++i) {
@@ -106,6 +136,26 @@ void ReadGroundRange(const XmlElement& root, Sentinel1Product* product) {
   }
 }
 
+// firstValidSample and lastValidSample of a burst, one number per line each; -1: none.
+void ReadValidSamples(const XmlElement& burst, int lines, std::vector<ValidSamples>* all) {
+  const auto first = burst.Find("firstValidSample"), last = burst.Find("lastValidSample");
+  if (!first || !last) return;
+  const auto read = [lines](const XmlElement& element) {
+    std::vector<double> numbers = element.Numbers();
+    if (numbers.size() != static_cast<std::size_t>(lines)) {
+      element.Fail(fmt::format(
+          "must have {} numbers, one per line of the burst, got {}", lines, numbers.size()));
+    }
+    return numbers;
+  };
+  constexpr double kNone = -1.0, kLargest = 1e9;
+  const std::vector<double> begin = read(*first), end = read(*last);
+  for (std::size_t i = 0; i < begin.size(); ++i) {
+    all->push_back({static_cast<int>(std::clamp(begin[i], kNone, kLargest)),
+                    static_cast<int>(std::clamp(end[i], kNone, kLargest))});
+  }
+}
+
 void ReadBursts(const XmlElement& root, Sentinel1Product* product) {
   const auto timing = root.Find("swathTiming");
   const auto list = timing ? timing->Find("burstList") : std::nullopt;
@@ -121,6 +171,12 @@ void ReadBursts(const XmlElement& root, Sentinel1Product* product) {
   const XmlElement lines = timing->Child("linesPerBurst");
   product->lines_per_burst = lines.Count();
   if (product->lines_per_burst == 0) lines.Fail("is 0 although there are bursts");
+  for (const XmlElement& burst : list->Children("burst")) {
+    ReadValidSamples(burst, product->lines_per_burst, &product->valid_samples);
+  }
+  const std::size_t in_bursts =
+      product->bursts.size() * static_cast<std::size_t>(product->lines_per_burst);
+  if (product->valid_samples.size() != in_bursts) product->valid_samples.clear();
 }
 
 void ReadImage(const XmlElement& root, const XmlElement& information, Sentinel1Product* product) {
@@ -131,6 +187,12 @@ void ReadImage(const XmlElement& root, const XmlElement& information, Sentinel1P
     image.Child("productLastLineUtcTime").Fail("is not after productFirstLineUtcTime");
   }
   product->line_interval_s = image.Child("azimuthTimeInterval").Positive();
+  if (const auto lines = image.Find("numberOfLines")) {
+    product->lines = static_cast<std::size_t>(lines->Count());
+  }
+  if (const auto samples = image.Find("numberOfSamples")) {
+    product->samples = static_cast<std::size_t>(samples->Count());
+  }
   const XmlElement projection = information.Child("projection");
   if (projection.Text() == "Slant Range") {
     product->near_range_m = kRangePerTime_mps * image.Child("slantRangeTime").Positive();
@@ -163,7 +225,9 @@ std::string Name(const XmlElement& element) {
 
 }  // namespace
 
-Sentinel1Product ParseSentinel1(std::string_view text, const std::string& file) {
+Sentinel1Product ParseSentinel1(std::string_view text,
+                                const std::string& file,
+                                const Sentinel1Use& use) {
   const XmlFile xml(text, file, "product");
   const XmlElement root = xml.Root();
   Sentinel1Product product;
@@ -179,8 +243,14 @@ Sentinel1Product ParseSentinel1(std::string_view text, const std::string& file) 
   if (const auto processing = root.Child("imageAnnotation").Find("processingInformation")) {
     product.orbit_source = OptionalText(*processing, "orbitSource");
   }
-  ReadOrbit(general.Child("orbitList"), &product.orbit);
-  ReadGrid(root.Child("geolocationGrid").Child("geolocationGridPointList"), &product.grid);
+  try {
+    ReadOrbit(general.Child("orbitList"), &product.orbit);
+  } catch (const InputError& error) {
+    if (use.orbit == PartUse::kUsed) throw;
+    product.orbit.clear();
+    product.warnings.push_back(std::string("the annotated orbit is not used: ") + error.what());
+  }
+  ReadGrid(root.Child("geolocationGrid").Child("geolocationGridPointList"), use.grid, &product);
   return product;
 }
 
@@ -201,7 +271,9 @@ OrbitFile ParseOrbitFile(std::string_view text, const std::string& file) {
                  ReadVector(element, "X", "Y", "Z"),
                  ReadVector(element, "VX", "VY", "VZ")},
                 &orbit.states);
+    orbit.quality.push_back(OptionalText(element, "Quality"));
   }
+  RefuseCloseStates(list.Children("OSV"), orbit.states);
   if (orbit.states.size() < 2) list.Fail("has fewer than two states, a path needs two or more");
   return orbit;
 }
@@ -399,7 +471,7 @@ void ReadGrid(const Hdf5Values& file, const std::string& path, NisarGrid* grid) 
 
 }  // namespace
 
-NisarProduct ReadNisar(const std::string& name, NisarFrequency frequency) {
+NisarProduct ReadNisar(const std::string& name, NisarFrequency frequency, PartUse grid) {
   const Hdf5Values file(name);
   const Root root = FindRoot(file);
   NisarProduct product;
@@ -409,7 +481,13 @@ NisarProduct ReadNisar(const std::string& name, NisarFrequency frequency) {
   product.side = ReadSide(file, "/science/" + root.band + "/identification/lookDirection");
   ReadSwath(file, root.path + "/swaths", &product);
   ReadOrbit(file, root.path + "/metadata/orbit", &product);
-  ReadGrid(file, root.path + "/metadata/geolocationGrid", &product.grid);
+  try {
+    ReadGrid(file, root.path + "/metadata/geolocationGrid", &product.grid);
+  } catch (const InputError& error) {
+    if (grid == PartUse::kUsed) throw;
+    product.grid = {};
+    product.warnings.push_back(std::string("the geolocation grid is left out: ") + error.what());
+  }
   return product;
 }
 
@@ -444,12 +522,38 @@ Span SpanOf(const Sentinel1Product& product, const UtcTime& epoch) {
   return span;
 }
 
-// States of the first orbit file of the mission that covers the product, with margin as far as it
-// goes.
-std::vector<StateVector> StatesOfFiles(const std::vector<OrbitFile>& orbits,
-                                       const Sentinel1Product& product,
-                                       const UtcTime& epoch,
-                                       double margin_s) {
+// Names states of an orbit file, from index `begin` to `end`, that it does not call nominal.
+void WarnOfQuality(const OrbitFile& orbit,
+                   std::size_t begin,
+                   std::size_t end,
+                   std::vector<std::string>* warnings) {
+  std::size_t count = 0, first = 0;
+  for (std::size_t k = begin; k < end; ++k) {
+    if (orbit.quality[k].empty() || orbit.quality[k] == "NOMINAL") continue;
+    if (count++ == 0) first = k;
+  }
+  if (count == 0) return;
+  warnings->push_back(
+      fmt::format("{}: {} of the {} states that are used are not NOMINAL, the first, {} at {}",
+                  orbit.file,
+                  count,
+                  end - begin,
+                  Quoted(orbit.quality[first]),
+                  UtcText(orbit.states[first].time)));
+}
+
+/// What is taken of an orbit file.
+struct TakenOrbit {
+  std::string file;
+  std::vector<StateVector> states;
+};
+
+// The first orbit file of the mission that covers the product, with margin as far as it goes.
+TakenOrbit OrbitOfFiles(const std::vector<OrbitFile>& orbits,
+                        const Sentinel1Product& product,
+                        const UtcTime& epoch,
+                        double margin_s,
+                        std::vector<std::string>* warnings) {
   const Span span = SpanOf(product, epoch);
   for (const OrbitFile& orbit : orbits) {
     if (!SameMission(product.mission, orbit.mission)) continue;
@@ -462,7 +566,13 @@ std::vector<StateVector> StatesOfFiles(const std::vector<OrbitFile>& orbits,
       return state.time_s > span.end_s + margin_s;
     });
     // One state more on both sides: the span with its margin then lies inside the path.
-    return {from == states.begin() ? from : from - 1, to == states.end() ? to : to + 1};
+    const auto begin = from == states.begin() ? from : from - 1;
+    const auto end = to == states.end() ? to : to + 1;
+    WarnOfQuality(orbit,
+                  static_cast<std::size_t>(begin - states.begin()),
+                  static_cast<std::size_t>(end - states.begin()),
+                  warnings);
+    return {orbit.file, {begin, end}};
   }
   std::string files;
   for (const OrbitFile& orbit : orbits) {
@@ -526,6 +636,76 @@ ImageGrid ImageOf(const RadarImage& image, RangePolynomialTimes reading, double 
 
 }  // namespace
 
+namespace {
+
+/// The largest distance between raster and grid along one axis, in pixels.
+struct RasterMisfit {
+  double off_px = 0.0;
+  std::size_t point = 0, beyond = 0;  ///< where it is, and how many points are beyond one pixel
+
+  void Add(double value_px, std::size_t i) {
+    if (std::abs(value_px) > 1.0) ++beyond;
+    if (!(std::abs(value_px) > std::abs(off_px))) return;
+    off_px = value_px;
+    point = i;
+  }
+};
+
+[[noreturn]] void FailRaster(const Sentinel1Product& product,
+                             const RasterMisfit& misfit,
+                             const std::string& off,
+                             const char* cause) {
+  const GeolocationGridPoint& point = product.grid[misfit.point];
+  throw InputError(
+      FilePlace{product.file, point.file_line, "geolocationGridPoint"},
+      fmt::format("the raster of the image contradicts this point: at line {}, pixel {} it is {} "
+                  "from it, 1 is allowed ({} of {} points are beyond): {}",
+                  point.line,
+                  point.pixel,
+                  off,
+                  misfit.beyond,
+                  product.grid.size(),
+                  cause));
+}
+
+}  // namespace
+
+void RequireRasterOfGrid(const Sentinel1Product& product, const std::vector<bool>& trusted) {
+  const ImageGrid raster = ImageOf(product, product.first_line);
+  RasterMisfit lines, samples;
+  double range_m = 0.0;  // at the worst sample
+  for (std::size_t i = 0; i < product.grid.size(); ++i) {
+    if (!trusted[i]) continue;
+    const GeolocationGridPoint& point = product.grid[i];
+    const auto at =
+        RadarFromImage(raster, {static_cast<double>(point.line), static_cast<double>(point.pixel)});
+    if (!at) continue;
+    const double time_s = at->time_s - SecondsBetween(product.first_line, point.time);
+    lines.Add(time_s / raster.line_interval_s, i);
+    const auto sample_m = SlantRangePerPixel_m(raster, *at);
+    if (!sample_m) continue;
+    samples.Add((at->range_m - point.slant_range_m) / *sample_m, i);
+    if (samples.point == i) range_m = at->range_m - point.slant_range_m;
+  }
+  if (lines.beyond > 0) {
+    FailRaster(product,
+               lines,
+               fmt::format("{} lines ({} s)",
+                           Digits(lines.off_px, 4),
+                           Digits(lines.off_px * raster.line_interval_s, 4)),
+               "productFirstLineUtcTime, azimuthTimeInterval or the azimuthTime of a burst is "
+               "wrong, or the grid");
+  }
+  if (samples.beyond > 0) {
+    FailRaster(product,
+               samples,
+               fmt::format("{} samples ({} m)", Digits(samples.off_px, 4), Digits(range_m, 4)),
+               raster.presentation == Presentation::kSlant
+                   ? "slantRangeTime or rangeSamplingRate of the image is wrong, or the grid"
+                   : "rangePixelSpacing or grsrCoefficients of the image are wrong, or the grid");
+  }
+}
+
 ImagePass PassOfSentinel1(const Sentinel1Product& product,
                           const std::vector<OrbitFile>& orbits,
                           const ImportOptions& options,
@@ -537,16 +717,24 @@ ImagePass PassOfSentinel1(const Sentinel1Product& product,
   image.first_line = product.first_line;
   const UtcTime epoch = SetEpoch(product.first_line, &pass);
   pass.wavelength_m = product.wavelength_m;
-  pass.path = PathThroughOrbit(product.file,
-                               orbits.empty()
-                                   ? StatesFrom(product.orbit, epoch)
-                                   : StatesOfFiles(orbits, product, epoch, options.orbit_margin_s),
+  const Span span = SpanOf(product, epoch);
+  const TakenOrbit orbit =
+      orbits.empty() ? TakenOrbit{"", StatesFrom(product.orbit, epoch)}
+                     : OrbitOfFiles(orbits, product, epoch, options.orbit_margin_s, warnings);
+  image.orbit_file = orbit.file;
+  image.lines = product.lines;
+  image.samples = product.samples;
+  image.valid_samples = product.valid_samples;
+  image.counting = "; merged, debursted or cut images count lines and samples otherwise";
+  warnings->insert(warnings->end(), product.warnings.begin(), product.warnings.end());
+  pass.path = PathThroughOrbit(orbit.file.empty() ? product.file : orbit.file,
+                               orbit.states,
+                               {span.start_s, span.end_s},
                                options.orbit_step_s,
                                options.through,
                                warnings);
   pass.image = ImageOf(product, epoch);
   CheckImageGrid(*pass.image);
-  const Span span = SpanOf(product, epoch);
   image.span_s = {span.start_s, span.end_s};
   const GeolocationGridPoint& middle = product.grid[product.grid.size() / 2];
   image.middle = {SecondsBetween(epoch, middle.time), middle.slant_range_m};
@@ -557,6 +745,7 @@ ImagePass PassOfNisar(const NisarProduct& product,
                       const ImportOptions& options,
                       std::vector<std::string>* warnings) {
   ImagePass image{.file = product.file, .ellipsoid = NamedEllipsoid("WGS84")};
+  warnings->insert(warnings->end(), product.warnings.begin(), product.warnings.end());
   image.lines = product.lines;
   image.samples = product.samples;
   Pass& pass = image.pass;
@@ -566,13 +755,14 @@ ImagePass PassOfNisar(const NisarProduct& product,
   const UtcTime epoch = SetEpoch(product.first_line, &pass);
   pass.side = product.side;
   pass.wavelength_m = product.wavelength_m;
+  Span span{SecondsBetween(epoch, product.first_line), SecondsBetween(epoch, product.last_line)};
   pass.path = PathThroughOrbit(product.file,
                                StatesFrom(product.orbit, epoch),
+                               {span.start_s, span.end_s},
                                options.orbit_step_s,
                                options.through,
                                warnings);
   pass.image = ImageOf(product, epoch);
-  Span span{SecondsBetween(epoch, product.first_line), SecondsBetween(epoch, product.last_line)};
   if (!pass.path.At(span.start_s) || !pass.path.At(span.end_s)) {
     throw InputError(FilePlace{product.file, 0, "metadata/orbit/time"},
                      fmt::format("covers {:.3f} to {:.3f} s after {}, the image {:.3f} to {:.3f} s",
@@ -603,6 +793,11 @@ ImagePass PassOfRadarImage(const RadarImage& given, RangePolynomialTimes range_p
   pass.wavelength_m = given.wavelength_m;
   std::vector<StateVector> states = given.states;
   for (StateVector& state : states) state.time_s -= epoch_s;
+  if (const auto close = FindCloseStates(states)) {
+    throw InputError(
+        FilePlace{given.file, 0, ""},
+        fmt::format("states {} and {} are {}", close->second, close->second + 1, Describe(*close)));
+  }
   try {
     pass.image = ImageOf(given, range_polynomial, epoch_s);
     pass.path = FlightPath(std::move(states));

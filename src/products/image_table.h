@@ -5,6 +5,7 @@
 #include "sarblock/block/image_grid.h"
 #include "sarblock/geometry/frame.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -35,6 +36,13 @@ struct ProductGroundRange {
   std::vector<double> coefficients;  ///< grsrCoefficients, m^(1-k)
 };
 
+/// Whether what makes no sense in a part of a file refuses the file, or is left out and counted in
+/// its warnings: parts that become no part of a block are compared with it only.
+enum class PartUse : std::uint8_t { kUsed, kCompared };
+
+/// First and last sample of a line that are part of the image.
+using ValidSamples = std::array<int, 2>;
+
 /// What a Sentinel-1 annotation file (SLC or GRD) says of geometry. Names and meanings: Sentinel-1
 /// Product Specification, S1-RS-MDA-52-7441.
 struct Sentinel1Product {
@@ -50,19 +58,36 @@ struct Sentinel1Product {
   std::vector<ProductGroundRange> ground_range;
   std::vector<UtcTime> bursts;  ///< azimuthTime of each; empty for images in one piece
   int lines_per_burst = 0;
-  std::vector<OrbitState> orbit;           ///< two or more, times increasing
-  std::vector<GeolocationGridPoint> grid;  ///< by line, then pixel
+  std::size_t lines = 0, samples = 0;       ///< of the image; 0: the file does not say
+  std::vector<ValidSamples> valid_samples;  ///< by line of all bursts; empty: the file has none
+  std::vector<OrbitState> orbit;            ///< two or more, times increasing
+  std::vector<GeolocationGridPoint> grid;   ///< by line, then pixel
+  std::vector<std::string> warnings;        ///< what was left out of parts that are not used
+};
+
+/// Which parts of an annotation become part of a block.
+struct Sentinel1Use {
+  PartUse grid = PartUse::kUsed;
+  PartUse orbit = PartUse::kUsed;  ///< kCompared: an orbit file takes its place
 };
 
 /// Reads an annotation. What it lacks or what makes no sense throws InputError with file, line and
 /// element. Slant range products with bursts are taken as one image of bursts.
-[[nodiscard]] Sentinel1Product ParseSentinel1(std::string_view text, const std::string& file);
+[[nodiscard]] Sentinel1Product ParseSentinel1(std::string_view text,
+                                              const std::string& file,
+                                              const Sentinel1Use& use = {});
+
+/// Holds the raster against the grid: throws InputError where a grid point lies more than a line or
+/// a sample from where the raster has its time and range. `trusted` are those whose time and
+/// position agree with the orbit. Annotations agree within 0.2 lines and 4 mm.
+void RequireRasterOfGrid(const Sentinel1Product& product, const std::vector<bool>& trusted);
 
 /// An orbit file (Earth Explorer `List_of_OSVs`: AUX_RESORB, AUX_POEORB, AUX_PREORB).
 struct OrbitFile {
   std::string file;
   std::string mission;  ///< as its header names it: Sentinel-1A
   std::vector<OrbitState> states;
+  std::vector<std::string> quality{};  ///< of each state, empty where the file says none
 };
 /// Reads the UTC times of an orbit file; earth-fixed only.
 [[nodiscard]] OrbitFile ParseOrbitFile(std::string_view text, const std::string& file);
@@ -106,13 +131,15 @@ struct NisarProduct {
   double range_spacing_m = 0.0;
   std::vector<OrbitState> orbit;  ///< two or more, times increasing
   NisarGrid grid;                 ///< empty where the product has none
+  std::vector<std::string> warnings;
 };
 
 /// Reads the metadata of an RSLC; its pixels are never read. At most 10,000 states and a grid of at
 /// most 33,554,432 points. Throws InputError with the file and the path of the dataset for what is
 /// missing, makes no sense, or claims more values than are in the file. docs/import_nisar.md.
 [[nodiscard]] NisarProduct ReadNisar(const std::string& file,
-                                     NisarFrequency frequency = NisarFrequency::kA);
+                                     NisarFrequency frequency = NisarFrequency::kA,
+                                     PartUse grid = PartUse::kUsed);
 
 /// The image of a product as a pass, its id made of the product's own names. An annotation of
 /// Sentinel-1 does not give the look side: it follows from the grid.

@@ -2,6 +2,8 @@
 #include "import.h"
 
 #include "sarblock/core/error.h"
+#include "sarblock/core/statistics.h"
+#include "sarblock/geometry/look_equations.h"
 
 #include <algorithm>
 #include <array>
@@ -10,6 +12,7 @@
 #include <string_view>
 #include <utility>
 
+#include "block/plausibility.h"
 #include "block_builder.h"
 #include "bytes.h"
 #include "csm.h"
@@ -230,6 +233,9 @@ class Importer {
       CountMatches();
     }
     result_.block = builder_.Finish();
+    for (std::string& remark : FindSameFlights(result_.block, [](auto, auto) { return false; })) {
+      result_.warnings.push_back(std::move(remark));
+    }
     return std::move(result_);
   }
 
@@ -244,6 +250,7 @@ class Importer {
     image.pass.sigma = SigmaOf(image, options_);
     ImportedProduct summary{
         .file = image.file, .pass = image.pass.id, .orbit_source = orbit_source};
+    summary.orbit_file = image.orbit_file;
     const std::vector<GridFit> fits = FitGrid(product, &image.pass, first_line, &summary);
     const std::uint32_t pass = builder_.AddImage(std::move(image));
     first_lines_.push_back(first_line);
@@ -261,6 +268,8 @@ class Importer {
     const Frame earth = Frame::Geocentric(NamedEllipsoid("WGS84"));
     FaultyRows rows(summary->file);
     std::vector<GridFit> fits;
+    std::vector<bool> trusted;  // time and position agree
+    std::vector<double> late_s;
     std::size_t left = 0;
     ForGrid(
         product,
@@ -271,10 +280,16 @@ class Importer {
           if (!fit) FailOutside(*summary, *pass, place);
           rows.Add(*fit, place.file_line);
           Count(*fit, summary);
+          trusted.push_back(fit->fault != GridFault::kPosition);
+          if (!trusted.back()) AppendLateness(place.point, *fit, *pass, &late_s);
           left += fit->side == LookSide::kLeft ? 1U : 0U;
           if (options_.grid) fits.push_back(*fit);
         });
     if (summary->good > 0) summary->mean_along_m /= static_cast<double>(summary->good);
+    if (summary->grid_points > 0 && late_s.size() == summary->grid_points) {
+      RefuseOtherClock(*summary, std::move(late_s));
+    }
+    HoldRaster(product, trusted);
     for (FaultyRow& row : rows.Take()) {
       row.used = options_.grid.has_value();
       result_.faults.push_back(std::move(row));
@@ -282,6 +297,46 @@ class Importer {
     if (summary->grid_points > 0) SetSide(product, 2 * left > summary->grid_points, pass);
     return fits;
   }
+
+  // By how much later the path sees a grid point than its time says.
+  static void AppendLateness(const GridPoint& point,
+                             const GridFit& fit,
+                             const Pass& pass,
+                             std::vector<double>* late_s) {
+    const auto seen_s =
+        FindConeTime(pass.path, fit.position_m, point.cone, pass.path.start_s(), pass.path.end_s());
+    if (seen_s) late_s->push_back(*seen_s - point.time_s);
+  }
+
+  // Where all points are seen later by the same time, the times are those of another clock.
+  static void RefuseOtherClock(const ImportedProduct& summary, std::vector<double> late_s) {
+    constexpr std::size_t kFewest = 4;
+    constexpr double kAlike_s = 0.01;
+    const auto [least, most] = std::minmax_element(late_s.begin(), late_s.end());
+    if (late_s.size() < kFewest || *most - *least > kAlike_s) return;
+    const double all_s = Median(std::move(late_s));
+    constexpr double kGpsFrom_s = 13.0, kGpsTo_s = 18.0;  // ahead of UTC, 1999 to 2017 and later
+    const double whole_s = std::abs(std::round(all_s));
+    const bool gps = std::abs(std::abs(all_s) - whole_s) < kAlike_s && whole_s >= kGpsFrom_s &&
+                     whole_s <= kGpsTo_s;
+    const bool given = !summary.orbit_file.empty();
+    throw InputError(
+        FilePlace{given ? summary.orbit_file : summary.file, 0, "orbit"},
+        fmt::format(
+            "sees all {} grid points{} {:.3f} s {} than their azimuthTime: its times must be "
+            "UTC{}",
+            summary.grid_points,
+            given ? " of " + summary.file : "",
+            std::abs(all_s),
+            all_s > 0.0 ? "later" : "earlier",
+            gps ? fmt::format(", and GPS time differs from UTC by {:.0f} s", whole_s) : ""));
+  }
+
+  static void HoldRaster(const Sentinel1Product& product, const std::vector<bool>& trusted) {
+    RequireRasterOfGrid(product, trusted);
+  }
+  template <typename Product>
+  static void HoldRaster(const Product& /*product*/, const std::vector<bool>& /*trusted*/) {}
 
   [[noreturn]] static void FailOutside(const ImportedProduct& summary,
                                        const Pass& pass,
@@ -339,7 +394,15 @@ class Importer {
         left ? "right" : "left",
         left ? "left" : "right"));
   }
-  void SetSide(const SicdImage& /*image*/, bool /*left*/, Pass* /*pass*/) {}
+  // The scene centre is one point, which the metadata place exactly.
+  static void SetSide(const SicdImage& image, bool left, Pass* pass) {
+    if (left == (pass->side == LookSide::kLeft)) return;
+    throw InputError(image.PlaceOf("SICD.SCPCOA.SideOfTrack"),
+                     fmt::format("must be {}, the side of the flight on which the scene centre "
+                                 "point (GeoData.SCP) is, got {}",
+                                 left ? "L" : "R",
+                                 left ? "R" : "L"));
+  }
   void SetSide(const RadarImage& /*image*/, bool /*left*/, Pass* /*pass*/) {}
 
   template <typename Product>
@@ -476,19 +539,21 @@ std::string FrontOf(const std::string& file) {
 
 }  // namespace
 
-Sentinel1Product ReadSentinel1(const std::string& file) {
-  return ParseSentinel1(ReadXml(file), file);
+Sentinel1Product ReadSentinel1(const std::string& file, const Sentinel1Use& use) {
+  return ParseSentinel1(ReadXml(file), file, use);
 }
 
 OrbitFile ReadOrbitFile(const std::string& file) { return ParseOrbitFile(ReadXml(file), file); }
 
-SensorImage ReadSensorImage(const std::string& file, NisarFrequency frequency) {
+SensorImage ReadSensorImage(const std::string& file,
+                            NisarFrequency frequency,
+                            const Sentinel1Use& use) {
   const std::string front = FrontOf(file);
-  if (front.starts_with("\x89HDF")) return ReadNisar(file, frequency);
+  if (front.starts_with("\x89HDF")) return ReadNisar(file, frequency, use.grid);
   if (front.starts_with("NITF") || front.starts_with("NSIF")) return ReadSicd(file);
   if (front.starts_with("<")) {
     if (front.find("<SICD") != std::string::npos) return ReadSicd(file);
-    return ReadSentinel1(file);
+    return ReadSentinel1(file, use);
   }
   if (front.starts_with("{") || front.starts_with(kCsmModelName)) return ReadCsmIsd(file);
   if (front.starts_with("Object")) return ReadIsisCube(file);

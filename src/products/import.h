@@ -22,18 +22,21 @@ using SensorImage = std::variant<Sentinel1Product, NisarProduct, SicdImage, Rada
 
 /// Reads a Sentinel-1 annotation (XML), an RSLC of NISAR (HDF5), a SICD image (NITF or XML), a cube
 /// of ISIS or an ISD of USGSCSM (JSON), known by how the file begins. Throws InputError with what
-/// the file's reader says, and for files of other kinds.
+/// the file's reader says, and for files of other kinds. `use` says which parts become part of a
+/// block, of NISAR its grid.
 [[nodiscard]] SensorImage ReadSensorImage(const std::string& file,
-                                          NisarFrequency frequency = NisarFrequency::kA);
+                                          NisarFrequency frequency = NisarFrequency::kA,
+                                          const Sentinel1Use& use = {});
 
 /// Reads a Sentinel-1 annotation.
-[[nodiscard]] Sentinel1Product ReadSentinel1(const std::string& file);
+[[nodiscard]] Sentinel1Product ReadSentinel1(const std::string& file, const Sentinel1Use& use = {});
 /// Reads an orbit file.
 [[nodiscard]] OrbitFile ReadOrbitFile(const std::string& file);
 
 /// What was found for one image; misfits of its good grid points, predicted minus given.
 struct ImportedProduct {
   std::string file, pass, orbit_source;
+  std::string orbit_file{};  ///< where one was taken in place of the product's own states
   std::size_t grid_points = 0, good = 0;
   double largest_range_m = 0.0;  ///< |e_r|
   double largest_along_m = 0.0;  ///< |e_d|
@@ -80,8 +83,9 @@ struct ImportedBlock {
 /// such table. docs/import.md.
 ///
 /// Throws InputError for options that make no sense, two images with one id, images of different
-/// bodies, a product that no orbit file covers, a grid outside the orbit's time span, matched
-/// points outside their image, and reflectors that were moved by more than a metre between the
+/// bodies, a product that no orbit file covers, a grid outside the orbit's time span, an orbit that
+/// sees all grid points at another time, a raster that contradicts its grid, matched points outside
+/// their image, and reflectors that were moved by more than a metre between the
 /// images.
 [[nodiscard]] ImportedBlock ImportProducts(const std::vector<SensorImage>& images,
                                            const std::vector<OrbitFile>& orbits,

@@ -276,7 +276,8 @@ TEST_F(ReflectorTest, OneMovedBetweenTheImagesIsRefused) {
       ParseReflectors(kColumns + Row("A", Place_m(0), "2021-10-16", 7, "1e-9,0,0"), "cr.csv");
   // 31.536 mm a year: half of it to either side of the mean.
   EXPECT_THAT(ImportProducts({first, second}, {}, options).warnings,
-              testing::ElementsAre(HasSubstr("A is up to 15.8 mm from the mean")));
+              testing::ElementsAre(HasSubstr("A is up to 15.8 mm from the mean"),
+                                   HasSubstr("one of both has the orbit of another date")));
   options.reflectors = ParseReflectors(
       kColumns + Row("A", Place_m(0), "2021-10-16") + Row("A", Place_m(1), "2023-01-01"), "cr.csv");
   EXPECT_THAT(MessageOf<InputError>([&] {

@@ -61,6 +61,11 @@ std::string SyntheticAnnotation::TimeText(double seconds) const {
   return fmt::format("{}T00:{:02d}:{:09.6f}", next, minute, late_s - 60.0 * minute);
 }
 
+double SyntheticAnnotation::LineTime_s(int line) const {
+  const bool second = bursts && line >= 1100;
+  return (second ? 9.0 : 0.0) + (second ? line - 1100 : line) * kLineInterval_s;
+}
+
 std::string SyntheticAnnotation::Xml() const {
   std::string text = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<product>\n";
   text += Element(
@@ -89,13 +94,26 @@ std::string SyntheticAnnotation::Xml() const {
                           "\n" + Element("productFirstLineUtcTime", TimeText(first_line_s)) +
                               Element("productLastLineUtcTime", TimeText(first_line_s + 20.0)) +
                               Element("slantRangeTime", Number(2.0 * kNearRange_m / kLight_mps)) +
+                              (size ? Element("numberOfLines", bursts ? "2200" : "2001") +
+                                          Element("numberOfSamples", "1001")
+                                    : "") +
                               Element("rangePixelSpacing", Number(10.0)) +
                               Element("azimuthTimeInterval", Number(kLineInterval_s))) +
                   Element("processingInformation", "\n" + Element("orbitSource", "Synthetic")));
   if (bursts) {
     std::string list;
     for (const double start_s : {0.0, 9.0}) {
-      list += Element("burst", "\n" + Element("azimuthTime", TimeText(first_line_s + start_s)));
+      std::string valid[2];
+      for (int line = 0; line < 1100; ++line) {
+        const bool none = line < 5 || line >= 1095;
+        valid[0] += none ? "-1 " : "12 ";
+        valid[1] += none ? "-1 " : "988 ";
+      }
+      list += Element("burst",
+                      "\n" + Element("azimuthTime", TimeText(first_line_s + start_s)) +
+                          (valid_samples ? Element("firstValidSample", valid[0]) +
+                                               Element("lastValidSample", valid[1])
+                                         : ""));
     }
     text += Element("swathTiming",
                     "\n" + Element("linesPerBurst", "1100") + Element("burstList", "\n" + list));
@@ -104,7 +122,7 @@ std::string SyntheticAnnotation::Xml() const {
   std::string grid;
   for (int row = 0; row < 3; ++row) {
     for (int pixel = 0; pixel <= 1000; pixel += 500) {
-      const double time_s = first_line_s + 1000 * row * kLineInterval_s;
+      const double time_s = first_line_s + LineTime_s(1000 * row);
       FixedPathLook observation;
       observation.antenna_m = Position_m(time_s);
       observation.velocity_mps = Velocity_mps(time_s);

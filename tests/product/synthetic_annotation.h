@@ -16,6 +16,8 @@ struct SyntheticAnnotation {
   bool leap_second = false;     ///< day 2016-12-31 in place of 2022-10-16
   bool ground = false;          ///< a ground range product
   bool bursts = false;          ///< two of 1100 lines
+  bool size = false;            ///< numberOfLines (2001, of bursts 2200) and numberOfSamples (1001)
+  bool valid_samples = false;   ///< of bursts: 12 to 988, none in their first and last five lines
   double first_line_s = 50.25;  ///< to 20 s later: over midnight
   std::string swath = "IW2";
   double velocity_error_mps = 0.0;  ///< added to the x of every velocity
@@ -34,6 +36,8 @@ struct SyntheticAnnotation {
   /// The same orbit as an Earth Explorer file, states 10 s apart.
   [[nodiscard]] std::string OrbitXml(double from_s, double to_s) const;
   [[nodiscard]] std::string TimeText(double seconds) const;
+  /// Of a line, from `first_line_s`.
+  [[nodiscard]] double LineTime_s(int line) const;
 
   [[nodiscard]] Eigen::Vector3d Position_m(double seconds) const;
   [[nodiscard]] Eigen::Vector3d Velocity_mps(double seconds) const;
