@@ -389,6 +389,7 @@ std::vector<std::string> FindSameFlights(
   };
   std::vector<State> states;
   for (std::size_t i = 0; i < block.passes.size(); ++i) {
+    if (block.passes[i].path.IsStraight()) continue;  // a line that is flown twice, as planned
     for (const StateVector& state : block.passes[i].RecordedStates()) {
       const Eigen::Vector3d& p_m = state.position_m;
       states.push_back({{p_m.x(), p_m.y(), p_m.z()}, state.time_s, i});

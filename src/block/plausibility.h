@@ -26,8 +26,9 @@ namespace sarblock {
 [[nodiscard]] std::vector<std::string> ExaminePlausibility(const Block& block);
 
 /// Passes that have the same recorded states, a sentence for each pair: one flight under two names,
-/// whose errors are the same, or, if the times differ, the orbit of another date. Passes whose
-/// indices `share` joins are one flight that is known to be one.
+/// whose errors are the same, or, if the times differ, the orbit of another date. Straight flights
+/// are left out: they are lines of a plan. Passes whose indices `share` joins are one flight that
+/// is known to be one.
 [[nodiscard]] std::vector<std::string> FindSameFlights(
     const Block& block, const std::function<bool(std::size_t, std::size_t)>& share);
 

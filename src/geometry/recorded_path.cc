@@ -195,10 +195,12 @@ Recording::Recording(std::vector<StateVector> states,
   contradiction_mps_ = Contradiction_mps(near, noise_);
   // States far apart in an orbit contradict the derivatives of polynomials a little.
   constexpr double kWide_rad = 0.1;
-  const Circle circle(near);
-  if (circle.angle_rad() > kWide_rad * static_cast<double>(near.size() - 1) &&
-      contradiction_mps_ < LargestContradiction_mps(circle.states())) {
-    contradiction_mps_ = 0.0;
+  if (contradiction_mps_ > 0.0) {
+    const Circle circle(near);
+    if (circle.angle_rad() > kWide_rad * static_cast<double>(near.size() - 1) &&
+        contradiction_mps_ < LargestContradiction_mps(circle.states())) {
+      contradiction_mps_ = 0.0;
+    }
   }
   unresolved_mps_ = Unresolved();
   if (unresolved_mps_ > 0.0) {  // no noise: the flight itself

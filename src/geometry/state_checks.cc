@@ -19,23 +19,26 @@ std::optional<CloseStates> FindCloseStates(std::span<const StateVector> states) 
     intervals_s.push_back(states[k].time_s - states[k - 1].time_s);
   }
   std::vector<double> sorted_s = intervals_s;
-  const auto usual = sorted_s.begin() + static_cast<std::ptrdiff_t>(sorted_s.size() * 3 / 4);
-  std::nth_element(sorted_s.begin(), usual, sorted_s.end());
+  const auto upper = sorted_s.begin() + static_cast<std::ptrdiff_t>(sorted_s.size() * 3 / 4);
+  std::nth_element(sorted_s.begin(), upper, sorted_s.end());
+  constexpr std::size_t kMinIntervals = 4;
+  const double usual_s = sorted_s.size() < kMinIntervals ? 0.0 : *upper;
   constexpr double kPart = 1e-3, kAcceleration_mps2 = 1.0;
   constexpr double kRounding = std::numeric_limits<double>::epsilon();
   for (std::size_t k = 1; k < states.size(); ++k) {
     const double size_m = states[k - 1].position_m.norm() + states[k].position_m.norm();
     const double rounding_s = std::sqrt(6.0 * kRounding * size_m / kAcceleration_mps2);
-    if (intervals_s[k - 1] >= std::max(kPart * *usual, rounding_s)) continue;
-    return CloseStates{k, intervals_s[k - 1], *usual};
+    if (intervals_s[k - 1] >= std::max(kPart * usual_s, rounding_s)) continue;
+    return CloseStates{k, intervals_s[k - 1], usual_s};
   }
   return std::nullopt;
 }
 
 std::string Describe(const CloseStates& close) {
-  return Digits(close.apart_s, 3) +
-         " s apart: their difference is rounding and noise, no motion (states are usually " +
-         Digits(close.usual_s, 3) + " s apart); remove one of them, or one of two merged orbits";
+  return Digits(close.apart_s, 3) + " s apart: their difference is rounding and noise, no motion" +
+         (close.usual_s > 0.0 ? " (states are usually " + Digits(close.usual_s, 3) + " s apart)"
+                              : "") +
+         "; remove one of them, or one of two merged orbits";
 }
 
 namespace {

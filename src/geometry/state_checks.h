@@ -14,7 +14,7 @@ namespace sarblock {
 struct CloseStates {
   std::size_t second = 0;  ///< index of the later one
   double apart_s = 0.0;
-  double usual_s = 0.0;  ///< upper quartile of all intervals
+  double usual_s = 0.0;  ///< upper quartile of all intervals; 0: there are less than four
 };
 
 /// The first pair of states that is closer in time than a thousandth of the upper

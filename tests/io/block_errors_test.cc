@@ -154,6 +154,11 @@ TEST(BlockErrorsTest, NamesPlaceAndProblemInTrajectories) {
       {{"A1,30.25", "A1,0"},
        "trajectories.csv:3: time_s: pass 'A1' has two states at 0 s, one is allowed; the state "
        "before, on line 2, is at 0 s"},
+      {{"A1,30.25", "A1,0.000000001"},
+       "trajectories.csv:3: time_s: the states of pass 'A1' at 1e-09 s and, on line 2, at 0 s are "
+       "1e-09 s apart: their difference is rounding and noise, no motion; remove one of them, or "
+       "one "
+       "of two merged orbits"},
       {{"A1,30.25", "A1,-1"},
        "trajectories.csv:3: time_s: times of pass 'A1' must increase, -1 s does not; the state "
        "before, on line 2, is at 0 s"},

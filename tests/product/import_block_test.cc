@@ -234,6 +234,26 @@ TEST(ImportProductsTest, ContradictingVelocitiesAreWarnedOf) {
   EXPECT_GT(LargestErrors(swinging.block).along_m, 0.1);  // 0.008 / 7500 of 850 km is 0.9 m
 }
 
+// Closed form: four positions 40 s apart, a cubic in place of a circle; its error is a warning.
+TEST(ImportProductsTest, PathsThatAreOffBetweenFewStatesAreAWarning) {
+  Sentinel1Product product = Product(SyntheticAnnotation());
+  for (std::size_t k = 1; k < 4; ++k) product.orbit[k] = product.orbit[4 * k];
+  product.orbit.resize(4);
+  const ImportedBlock orbit = ImportProducts({product}, {}, {});
+  EXPECT_TRUE(orbit.warnings.empty());
+  EXPECT_LT(LargestErrors(orbit.block).along_m, 1e-3);
+  ImportOptions positions;
+  positions.through = OrbitThrough::kPositions;
+  positions.max_misfit_m = 1000.0;
+  const ImportedBlock cubic = ImportProducts({product}, {}, positions);
+  EXPECT_GT(LargestErrors(cubic.block).along_m, 1.0);
+  ASSERT_EQ(cubic.warnings.size(), 1U);
+  EXPECT_THAT(cubic.warnings[0],
+              testing::AllOf(HasSubstr("a.xml: the path between the states of the orbit (4 states, "
+                                       "40 s apart) is off by some "),
+                             HasSubstr("with --orbit-through states it is ")));
+}
+
 TEST(ImportProductsTest, StatesTooFarApartAreRefused) {
   Sentinel1Product product = Product(SyntheticAnnotation());
   for (std::size_t k = 10; k < product.orbit.size(); ++k) product.orbit[k].time.tai_whole += 3600;

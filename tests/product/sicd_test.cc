@@ -113,6 +113,10 @@ TEST_F(SicdTest, OtherKindsOfImagesAndNonsenseAreRefusedWithLineAndElement) {
   expect("MONOSTATIC", "BISTATIC", "CollectType: 'BISTATIC' is not read, MONOSTATIC is");
   expect("<INCA>", "<RMAT>", "is not valid XML");
   expect("<SideOfTrack>R", "<SideOfTrack>S", "must be L or R, got 'S'");
+  expect("<SideOfTrack>R",
+         "<SideOfTrack>L",
+         "SideOfTrack: must be R, the side of the flight on which the scene centre point "
+         "(GeoData.SCP) is, got L");
   expect("<NumRows>400", "<NumRows>1", "NumRows: is below 2");
   expect("<R_CA_SCP>800000.25", "<R_CA_SCP>-1", "must be a number above 0, got");
   expect("exponent1=\"2\"",
