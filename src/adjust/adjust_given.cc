@@ -114,6 +114,58 @@ std::vector<std::size_t> DropOutliers(const BlockState& state, AdjustmentProblem
   return dropped;
 }
 
+/// Of a point that keeps two looks: whether two others, one of them or both dropped, meet as well.
+/// Of three looks on parallel paths any two do, wherever the third was wrong.
+bool OtherLooksMeet(const AdjustmentProblem& problem, const BlockState& state, std::size_t point) {
+  constexpr double kFits = 0.999;
+  const Block& block = problem.block;
+  std::vector<FixedPathLook> looks;
+  std::vector<std::uint8_t> used;
+  for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
+    if (block.looks.rejected(i)) continue;
+    if (const auto look = problem.model.FixPath(i, state.corrections)) {
+      looks.push_back(*look);
+      used.push_back(problem.look_used[i]);
+    }
+  }
+  for (std::size_t i = 0; i < looks.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (used[i] != 0 && used[j] != 0) continue;
+      const std::vector<FixedPathLook> pair{looks[j], looks[i]};
+      const Intersection met = Intersect(pair, block.frame);
+      if (met.outcome == IntersectionOutcome::kDetermined &&
+          met.weighted_square_sum <= ChiSquareQuantile(kFits, 1.0) &&
+          LiesWhereItLooks(block.frame, pair[0], met.position_m) &&
+          LiesWhereItLooks(block.frame, pair[1], met.position_m)) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+/// Leaves out points of which a loss kept two looks where it might have kept two others: nothing
+/// says which of them are right. As the search for blunders does (FindSuspects).
+void LeaveOutUndecided(const BlockState& state,
+                       const std::vector<std::size_t>& dropped,
+                       AdjustmentProblem* problem) {
+  const Block& block = problem->block;
+  const auto& offsets = block.looks.offsets;
+  std::size_t last = block.points.size();
+  for (const std::size_t look : dropped) {
+    const auto after = std::upper_bound(offsets.begin(), offsets.end(), look);
+    const auto point = static_cast<std::size_t>(after - offsets.begin() - 1);
+    if (point == last || !problem->Solves(point) || problem->control_of[point] >= 0) continue;
+    last = point;
+    if (problem->CountLooks(point) != 2 || !OtherLooksMeet(*problem, state, point)) continue;
+    SuspectSet all;
+    for (std::size_t i = offsets[point]; i < offsets[point + 1]; ++i) {
+      if (!block.looks.rejected(i)) all.looks.push_back(i);
+    }
+    problem->LeaveOut(point, PointStatus::kApart, DescribeContradiction(block, all));
+  }
+}
+
 /// After looks were dropped some points may have too few left.
 void LeaveOutStarved(AdjustmentProblem* problem) {
   for (std::size_t point = 0; point < problem->block.points.size(); ++point) {
@@ -143,7 +195,7 @@ void EstimateComponents(const AdjustOptions& options,
   steps.solve = [&] { SolveOnce(options, problem, state, solve, nullptr, progress); };
   if (options.robust != RobustLoss::kNone) {
     steps.drop_outliers = [&] {
-      DropOutliers(*state, problem);
+      LeaveOutUndecided(*state, DropOutliers(*state, problem), problem);
       LeaveOutStarved(problem);
     };
   }
@@ -263,6 +315,7 @@ RobustOutcome SettleRobust(const Solution& solution,
   }
   FillLossWeights(problem, state, weighting, result);
   out.dropped = DropOutliers(state, &problem);
+  LeaveOutUndecided(state, out.dropped, &problem);
   LeaveOutStarved(&problem);
   if (!out.dropped.empty()) {
     Warn(result,
