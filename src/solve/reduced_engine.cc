@@ -300,7 +300,8 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     }
     // Steps near rounding creep by it.
     const bool creeps = slow && left > kMinLearned;
-    if ((creeps || options.curved) && !curved && left <= kCurved) {
+    const bool least_squares = weighting.loss == RobustLoss::kNone;
+    if ((creeps || options.curved) && least_squares && !curved && left <= kCurved) {
       report.curved = curved = true;
       slow = false;
       if (!restart()) break;
