@@ -114,10 +114,11 @@ std::vector<std::size_t> DropOutliers(const BlockState& state, AdjustmentProblem
   return dropped;
 }
 
-/// Of a point that keeps two looks: whether two others, one of them or both dropped, meet as well.
-/// Of three looks on parallel paths any two do, wherever the third was wrong.
-bool OtherLooksMeet(const AdjustmentProblem& problem, const BlockState& state, std::size_t point) {
-  constexpr double kFits = 0.999;
+/// Whether another pair of looks of a point agrees as well as the two that are used. Of three looks
+/// on parallel paths any two agree, whichever of them is wrong.
+bool AnotherPairAgrees(const AdjustmentProblem& problem,
+                       const BlockState& state,
+                       std::size_t point) {
   const Block& block = problem.block;
   std::vector<FixedPathLook> looks;
   std::vector<std::uint8_t> used;
@@ -132,20 +133,14 @@ bool OtherLooksMeet(const AdjustmentProblem& problem, const BlockState& state, s
     for (std::size_t j = 0; j < i; ++j) {
       if (used[i] != 0 && used[j] != 0) continue;
       const std::vector<FixedPathLook> pair{looks[j], looks[i]};
-      const Intersection met = Intersect(pair, block.frame);
-      if (met.outcome == IntersectionOutcome::kDetermined &&
-          met.weighted_square_sum <= ChiSquareQuantile(kFits, 1.0) &&
-          LiesWhereItLooks(block.frame, pair[0], met.position_m) &&
-          LiesWhereItLooks(block.frame, pair[1], met.position_m)) {
-        return true;
-      }
+      if (Agree(pair, Intersect(pair, block.frame), block.frame)) return true;
     }
   }
   return false;
 }
 
-/// Leaves out points of which a loss kept two looks where it might have kept two others: nothing
-/// says which of them are right. As the search for blunders does (FindSuspects).
+/// Leaves out points that keep two looks after the loss dropped others, where another pair agrees
+/// as well: nothing says which pair is right. The search for blunders does the same (FindSuspects).
 void LeaveOutUndecided(const BlockState& state,
                        const std::vector<std::size_t>& dropped,
                        AdjustmentProblem* problem) {
@@ -157,7 +152,7 @@ void LeaveOutUndecided(const BlockState& state,
     const auto point = static_cast<std::size_t>(after - offsets.begin() - 1);
     if (point == last || !problem->Solves(point) || problem->control_of[point] >= 0) continue;
     last = point;
-    if (problem->CountLooks(point) != 2 || !OtherLooksMeet(*problem, state, point)) continue;
+    if (problem->CountLooks(point) != 2 || !AnotherPairAgrees(*problem, state, point)) continue;
     SuspectSet all;
     for (std::size_t i = offsets[point]; i < offsets[point + 1]; ++i) {
       if (!block.looks.rejected(i)) all.looks.push_back(i);

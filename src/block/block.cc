@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "core/memory.h"
+#include "core/text.h"
 #include "core/threads.h"
 #include <Eigen/Cholesky>
 
@@ -54,10 +55,20 @@ bool TakeOffsetsOfSorted(const std::vector<std::uint32_t>& point_of_look,
   throw InputError(std::string(array) + "[" + std::to_string(index) + "]", problem);
 }
 
-std::string Got(double value) { return ", got " + std::to_string(value); }
+std::string Got(double value) { return ", got " + NumberText(value); }
 std::string Got(std::size_t value) { return ", got " + std::to_string(value); }
 
-bool IsPositive(double value) { return value > 0.0 && std::isfinite(value); }
+/// "BEGINNING 'PASS' must be a number above 0, got -1".
+void RequirePositive(const char* array,
+                     std::size_t index,
+                     double value,
+                     const char* beginning = "",
+                     const std::string& pass = {}) {
+  const char* const problem = ProblemOfPositive(value);
+  if (problem == nullptr) return;
+  const std::string whose = pass.empty() ? "" : beginning + (" '" + pass + "' ");
+  RefuseEntry(array, index, whose + MustBe(problem, NumberText(value)));
+}
 
 void RequirePasses(const std::vector<Pass>& passes) {
   std::unordered_map<std::string_view, std::size_t> first;
@@ -78,7 +89,7 @@ void RequirePasses(const std::vector<Pass>& passes) {
       RefuseEntry("passes",
                   i,
                   "'" + pass.id + "' must have start_s less than end_s, got " +
-                      std::to_string(pass.start_s) + " and " + std::to_string(pass.end_s) +
+                      NumberText(pass.start_s) + " and " + NumberText(pass.end_s) +
                       "; SetStripSpans() sets them");
     }
     if (pass.side != LookSide::kLeft && pass.side != LookSide::kRight) {
@@ -141,18 +152,9 @@ void RequireArrays(const Block& block) {
 void RequireSigma(const Block& block, std::size_t i) {
   const std::string& pass = block.passes[block.looks.pass[i]].id;
   const LookSigma sigma = block.SigmaOf(i);
-  if (!IsPositive(sigma.range_m)) {
-    RefuseEntry("looks.range_sigma_m",
-                i,
-                "the standard deviation of the look, or of its pass '" + pass +
-                    "', must be finite and above 0" + Got(sigma.range_m));
-  }
-  if (!IsPositive(sigma.azimuth)) {
-    RefuseEntry("looks.azimuth_sigma",
-                i,
-                "the standard deviation of the look, or of its pass '" + pass +
-                    "', must be finite and above 0" + Got(sigma.azimuth));
-  }
+  constexpr const char* kWhose = "the standard deviation of the look or of its pass";
+  RequirePositive("looks.range_sigma_m", i, sigma.range_m, kWhose, pass);
+  RequirePositive("looks.azimuth_sigma", i, sigma.azimuth, kWhose, pass);
   if (sigma.azimuth_unit == AzimuthUnit::kHertz && !block.MeasuresDoppler(i)) {
     RefuseEntry("looks.azimuth_sigma",
                 i,
@@ -176,12 +178,8 @@ void RequireCone(const Block& block, std::size_t i) {
     RefuseEntry("looks.cone", i, "a Doppler must be finite" + Got(looks.cone[i]));
   }
   const Pass& pass = block.passes[looks.pass[i]];
-  if (!IsPositive(pass.wavelength_m)) {
-    RefuseEntry("looks.flags",
-                i,
-                "kDoppler needs the wavelength of pass '" + pass.id +
-                    "': wavelength_m must be finite and above 0" + Got(pass.wavelength_m));
-  }
+  RequirePositive(
+      "looks.flags", i, pass.wavelength_m, "kDoppler needs wavelength_m: that of pass", pass.id);
 }
 
 void RequireLooks(const Block& block) {
@@ -211,11 +209,7 @@ void RequireLooks(const Block& block) {
       if (std::isinf(looks.time_s[i])) {
         RefuseEntry("looks.time_s", i, "must be finite, or NaN of a plan" + Got(looks.time_s[i]));
       }
-      if (!std::isnan(looks.range_m[i]) && !IsPositive(looks.range_m[i])) {
-        RefuseEntry("looks.range_m",
-                    i,
-                    "must be finite and above 0, or NaN of a plan" + Got(looks.range_m[i]));
-      }
+      if (!std::isnan(looks.range_m[i])) RequirePositive("looks.range_m", i, looks.range_m[i]);
       RequireCone(block, i);
       RequireSigma(block, i);
     }

@@ -7,14 +7,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <tuple>
 #include <utility>
 
 #include "core/text.h"
 #include "core/threads.h"
+#include "core/utc.h"
 #include "geometry/state_checks.h"
 #include <Eigen/Geometry>
 
@@ -337,38 +338,30 @@ std::vector<std::string> ExaminePlausibility(const Block& block) {
 
 namespace {
 
-/// Days and seconds of an epoch as blocks give it (2022-10-16T23:59:50Z), 0 of others.
-struct EpochText {
-  std::string date;
-  double of_day_s = 0.0;
-  explicit EpochText(const std::string& text) {
-    constexpr std::size_t kLength = 19;
-    if (text.size() < kLength || text[10] != 'T') return;
-    const auto two = [&text](std::size_t at) { return std::atoi(text.substr(at, 2).c_str()); };
-    date = text.substr(0, 10);
-    of_day_s = 3600.0 * two(11) + 60.0 * two(14) + two(17);
-  }
-};
+/// Seconds from the epoch of one pass to that of another; nothing where they cannot be compared.
+std::optional<double> BetweenEpochs_s(const Pass& a, const Pass& b) {
+  if (a.epoch_utc == b.epoch_utc) return 0.0;
+  const std::optional<UtcTime> from = ParseUtc(a.epoch_utc), to = ParseUtc(b.epoch_utc);
+  if (!from || !to) return std::nullopt;
+  return SecondsBetween(*from, *to);
+}
 
 /// States that two passes share.
 struct SharedStates {
   std::size_t count = 0;
-  double later_s = 0.0;  ///< how much later the second pass has them
+  double times_apart_s = 0.0;  ///< time of a state in the second pass less that in the first
 };
-
-double LaterBy_s(const Pass& a, double a_s, const Pass& b, double b_s) {
-  return b_s - a_s + EpochText(b.epoch_utc).of_day_s - EpochText(a.epoch_utc).of_day_s;
-}
 
 std::string SameFlightRemark(const Pass& a, const Pass& b, const SharedStates& shared) {
   constexpr double kSame_s = 1e-3;
   const std::string both = "passes " + a.id + " and " + b.id + " have " +
                            std::to_string(shared.count) + " recorded states in common";
-  if (EpochText(a.epoch_utc).date != EpochText(b.epoch_utc).date ||
-      std::abs(shared.later_s) > kSame_s) {
+  const std::optional<double> epochs_s = BetweenEpochs_s(a, b);
+  const double apart_s = std::abs(epochs_s.value_or(kNotGiven) + shared.times_apart_s);
+  if (!(apart_s <= kSame_s)) {
     return both + " at different times (epochs " + Quoted(a.epoch_utc) + " and " +
-           Quoted(b.epoch_utc) + ", " + Short(shared.later_s) +
-           " s later on its day): one of both has the orbit of another date";
+           Quoted(b.epoch_utc) + (epochs_s ? ", " + Short(apart_s) + " s apart" : "") +
+           "): one of both has the orbit of another date";
   }
   return both +
          ": they are one flight. Errors of its path are the same in both; corrections of each pass "
@@ -406,7 +399,7 @@ std::vector<std::string> FindSameFlights(
       if (a.pass == b.pass) continue;
       SharedStates& shared = found[{a.pass, b.pass}];
       ++shared.count;
-      shared.later_s = LaterBy_s(block.passes[a.pass], a.time_s, block.passes[b.pass], b.time_s);
+      shared.times_apart_s = b.time_s - a.time_s;
     }
   }
   constexpr std::size_t kNamed = 5;

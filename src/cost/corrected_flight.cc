@@ -11,15 +11,13 @@
 #include <utility>
 #include <variant>
 
+#include "core/text.h"
 #include "corrected_flight.h"
 
 namespace sarblock {
 namespace {
 
 using Parts = CorrectedFlight::Parts;
-
-constexpr std::array<const char*, std::variant_size_v<Correction>> kKindNames = {
-    "position", "velocity", "range", "time", "squint", "troposphere"};
 
 std::string NameOf(const Parameter& parameter) {
   return parameter.name + " [" + parameter.unit + "]";
@@ -64,14 +62,14 @@ void AddCorrections(std::vector<FlightCorrection> corrections,
                     Parts* parts) {
   if (!(strip_s.first_s < strip_s.last_s)) {
     throw InputError("strip_s",
-                     "must end after it starts, got " + std::to_string(strip_s.first_s) + " to " +
-                         std::to_string(strip_s.last_s));
+                     "must end after it starts, got " + NumberText(strip_s.first_s) + " to " +
+                         NumberText(strip_s.last_s));
   }
   parts->corrections.middle_s = 0.5 * (strip_s.first_s + strip_s.last_s);
   parts->corrections.half_length_s = 0.5 * (strip_s.last_s - strip_s.first_s);
   for (FlightCorrection& correction : corrections) {
     const CorrectionGroup group{
-        kKindNames[correction.model.index()], std::move(correction.model), {}, false};
+        kCorrectionKinds[correction.model.index()], std::move(correction.model), {}, false};
     CheckCorrection(group);
     const auto* position = std::get_if<PositionCorrection>(&group.model);
     const bool spline =
@@ -90,7 +88,7 @@ std::unique_ptr<const Parts> MakeParts(const Frame& frame,
                                        std::vector<FlightCorrection> corrections) {
   if (path.piece_count() == 0) throw InputError("path", "has no states, two or more are needed");
   if (!std::isfinite(options.time_bias_s)) {
-    throw InputError("time_bias_s", "must be finite, got " + std::to_string(options.time_bias_s));
+    throw InputError("time_bias_s", "must be finite, got " + NumberText(options.time_bias_s));
   }
   auto parts = std::make_unique<Parts>();
   parts->frame = frame;
@@ -130,8 +128,8 @@ MeasuredLook Parts::Measured(const LookMeasurement& look) const {
   const FlightPath& flown = path->path();
   if (!(look.time_s >= flown.start_s() && look.time_s <= flown.end_s())) {
     throw InputError("look.time_s",
-                     "must be within the flight path, " + std::to_string(flown.start_s()) + " to " +
-                         std::to_string(flown.end_s()) + ", got " + std::to_string(look.time_s));
+                     "must be within the flight path, " + NumberText(flown.start_s()) + " to " +
+                         NumberText(flown.end_s()) + ", got " + NumberText(look.time_s));
   }
   if (look.cone.kind == Cone::Kind::kSquint
           ? !(std::abs(look.cone.squint_rad) < 0.5 * std::numbers::pi)
@@ -144,9 +142,9 @@ MeasuredLook Parts::Measured(const LookMeasurement& look) const {
     throw InputError("look.doppler_sigma_hz", "needs a cone of the kind kDoppler");
   }
   if (!(look.wavelength_m > 0.0 && std::isfinite(look.wavelength_m))) {
-    throw InputError("look.wavelength_m",
-                     "must be finite and above 0 with doppler_sigma_hz, got " +
-                         std::to_string(look.wavelength_m));
+    throw InputError(
+        "look.wavelength_m",
+        "must be finite and above 0 with doppler_sigma_hz, got " + NumberText(look.wavelength_m));
   }
   if (!std::isnan(look.time_sigma_s)) {
     throw InputError("look.time_sigma_s", "and doppler_sigma_hz exclude each other; give one");

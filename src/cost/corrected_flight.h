@@ -28,7 +28,7 @@ struct CorrectedFlight::Parts {
   std::vector<Term> terms;
   std::vector<int> static_sizes;  ///< of the blocks that do not depend on the time
 
-  // Of a flight that the solver does not own:
+  // Only in a flight that a caller made; one of the solver refers to the paths of its problem.
   Frame frame = Frame::Local();
   FlightPath nominal;
   PassCorrections corrections;
@@ -41,7 +41,7 @@ struct CorrectedFlight::Parts {
   Parts& operator=(const Parts&) = delete;
 
   [[nodiscard]] int ColumnCount() const;
-  /// The look with what its cost function needs of it. `sigma` names what it must have.
+  /// Checks the time, the cone and what a measured Doppler needs; throws InputError.
   [[nodiscard]] MeasuredLook Measured(const LookMeasurement& look) const;
 };
 

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/text.h"
 #include "corrected_flight.h"
 #include "look_cost.h"
 
@@ -172,13 +173,12 @@ class LinearCost final : public ceres::CostFunction {
 double WeightOf(const char* field, double sigma) {
   if (sigma > 0.0 && std::isfinite(sigma)) return 1.0 / sigma;
   throw InputError(std::string("look.") + field,
-                   "must be finite and above 0, got " + std::to_string(sigma));
+                   "must be finite and above 0, got " + NumberText(sigma));
 }
 
 double RangeWeightOf(const LookMeasurement& look) {
   if (!(look.range_m > 0.0 && std::isfinite(look.range_m))) {
-    throw InputError("look.range_m",
-                     "must be finite and above 0, got " + std::to_string(look.range_m));
+    throw InputError("look.range_m", "must be finite and above 0, got " + NumberText(look.range_m));
   }
   return WeightOf("range_sigma_m", look.range_sigma_m);
 }

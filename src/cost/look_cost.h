@@ -23,7 +23,7 @@ namespace sarblock {
                                      const Eigen::Vector3d* start_m,
                                      std::size_t look);
 
-/// Control equations of a point; `frame` and `start_m` must outlive it.
+/// Control equations of a point; `start_m` must outlive it.
 [[nodiscard]] CostPointer ControlCostOf(const Frame& frame,
                                         const ControlEquations& control,
                                         const Eigen::Vector3d* start_m);

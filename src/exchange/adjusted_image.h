@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
+#include "core/utc.h"
 #include "formats.h"
 #include "model/look_model.h"
-#include "products/utc.h"
 #include <Eigen/Core>
 
 namespace sarblock {

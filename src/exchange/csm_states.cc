@@ -8,10 +8,10 @@
 #include <utility>
 
 #include "adjusted_image.h"
+#include "core/utc.h"
 #include "formats.h"
 #include "products/csm.h"
 #include "products/image_table.h"
-#include "products/utc.h"
 #include <fmt/core.h>
 
 namespace sarblock {

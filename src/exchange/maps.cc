@@ -13,9 +13,9 @@
 #include <vector>
 
 #include "core/text.h"
+#include "core/utc.h"
 #include "files/geojson.h"
 #include "formats.h"
-#include "products/utc.h"
 #include "quality/covariance.h"
 #include <fmt/core.h>
 #include <sqlite3.h>

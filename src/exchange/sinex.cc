@@ -13,10 +13,10 @@
 #include <utility>
 #include <vector>
 
+#include "core/utc.h"
 #include "files/geojson.h"
 #include "formats.h"
 #include "linear/block_cholesky.h"
-#include "products/utc.h"
 #include "tables/csv.h"
 #include <Eigen/Core>
 #include <fmt/core.h>

@@ -403,8 +403,7 @@ class GroupDump {
 std::span<const AdjustOption> CorrectionOptions() { return kCorrectionOptions; }
 
 const std::vector<std::string>& CorrectionKinds() {
-  static const std::vector<std::string> kinds{
-      "position", "velocity", "range", "time", "squint", "troposphere"};
+  static const std::vector<std::string> kinds(kCorrectionKinds.begin(), kCorrectionKinds.end());
   return kinds;
 }
 

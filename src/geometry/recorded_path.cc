@@ -328,8 +328,8 @@ double Recording::Unresolved() const {
     of_mean += 0.25 * (before + after).squaredNorm();
     noise += 2.0 * (known(given_.velocity_mps) + 2.0 * known(given_.position_m) / Square(h));
   }
-  // Of a wave of angular frequency w they are 1 to w h/6: five states a period, or more. In a
-  // single interval that ratio is small by chance in one flight of twenty-five.
+  // In a wave of angular frequency w the means are w h/6 of the scatter: 0.2 is five states a
+  // period. In a single interval that ratio is small by chance in one flight of twenty-five.
   const double resolved = states_.size() == 2 ? 0.05 : 0.2;
   if (of_mean < Square(resolved) * scatter || scatter <= noise) return 0.0;
   return std::sqrt((scatter - noise) / static_cast<double>(states_.size() - 1));

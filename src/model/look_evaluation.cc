@@ -246,7 +246,7 @@ bool EvaluateMeasuredLook(const CorrectedPath& corrected,
                          wt * (crossing.error + last_step)};
   out->azimuth_unit_m = -crossing.rate_m;
   out->beyond_path = beyond == Beyond::kNear;
-  // Of a partial of e_r and one of e_d: those of range and of time or Doppler.
+  // Factors that turn a partial of e_d into those of the range and of the time or Doppler.
   const double of_azimuth = wt * slowness, of_range = wr * range_rate * slowness;
   out->d_point.row(0) = wr * range_by_p + of_range * eq.ded_dp;
   out->d_point.row(1) = of_azimuth * eq.ded_dp;

@@ -9,11 +9,16 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include <Eigen/Core>
 
 namespace sarblock {
+
+/// Names of the kinds of corrections, in the order of Correction.
+inline constexpr std::array<const char*, std::variant_size_v<Correction>> kCorrectionKinds = {
+    "position", "velocity", "range", "time", "squint", "troposphere"};
 
 /// What a prior says of a parameter, in the unit of the parameter.
 using PriorValue = double;

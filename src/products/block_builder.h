@@ -14,8 +14,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/utc.h"
 #include "sicd.h"
-#include "utc.h"
 #include <Eigen/Core>
 
 namespace sarblock {

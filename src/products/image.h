@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "utc.h"
+#include "core/utc.h"
 #include <Eigen/Core>
 
 namespace sarblock {

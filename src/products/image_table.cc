@@ -10,11 +10,11 @@
 #include <utility>
 
 #include "core/text.h"
+#include "core/utc.h"
 #include "csm.h"
 #include "geometry/state_checks.h"
 #include "image.h"
 #include "tables/hdf5_file.h"
-#include "utc.h"
 #include "xml.h"
 #include <fmt/core.h>
 

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "block_builder.h"
+#include "core/utc.h"
 #include "image.h"
-#include "utc.h"
 #include <Eigen/Core>
 
 namespace sarblock {

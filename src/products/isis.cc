@@ -10,7 +10,7 @@
 #include <string>
 
 #include "core/text.h"
-#include "utc.h"
+#include "core/utc.h"
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 

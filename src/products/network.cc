@@ -11,8 +11,8 @@
 
 #include "bytes.h"
 #include "core/text.h"
+#include "core/utc.h"
 #include "pvl.h"
-#include "utc.h"
 #include <fmt/core.h>
 
 namespace sarblock {

@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "utc.h"
+#include "core/utc.h"
 #include "xml.h"
 #include <Eigen/Core>
 

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "utc.h"
+#include "core/utc.h"
 #include <pugixml.hpp>
 
 namespace sarblock {

@@ -46,9 +46,9 @@ struct Sample {
   /// Whether the mean differs from zero by more than chance (Student's t; P(|T| > t) by the F
   /// distribution with one degree of freedom above).
   [[nodiscard]] bool Differs(double chance) const {
-    if (count < kMinLooks) return false;
+    if (count < kMinLooks || Mean() == 0.0) return false;
     const double t = Mean() / Sigma();
-    if (std::isinf(t)) return true;
+    if (std::isinf(t)) return true;  // all equal
     return FisherTailProbability(t * t, 1.0, static_cast<double>(count) - 1.0) < chance;
   }
 };

@@ -94,8 +94,8 @@ constexpr int kMaxFinishingSteps = 25;
 constexpr int kMaxRounds = 5;
 /// Rounds of leaving out mirror solutions and taking back points that fit then.
 constexpr int kMaxRecoveries = 10;
-/// Probability of v'Pv with which the looks of a point that was left out still agree.
-constexpr double kTakenBack = 0.999;
+/// Probability of v'Pv with which the looks of a point still agree.
+constexpr double kAgree = 0.999;
 
 /// A point's looks on the fixed corrected paths.
 std::vector<FixedPathLook> FixPaths(const AdjustmentProblem& problem,
@@ -262,6 +262,15 @@ void SolveOnce(const AdjustOptions& options,
   solve->initial_cost = before.initial_cost;
 }
 
+bool Agree(const std::vector<FixedPathLook>& looks, const Intersection& met, const Frame& frame) {
+  const double freedom = 2.0 * static_cast<double>(looks.size()) - 3.0;
+  return met.outcome == IntersectionOutcome::kDetermined &&
+         met.weighted_square_sum <= ChiSquareQuantile(kAgree, freedom) &&
+         std::all_of(looks.begin(), looks.end(), [&](const FixedPathLook& look) {
+           return LiesWhereItLooks(frame, look, met.position_m);
+         });
+}
+
 bool TakeBack(std::size_t point, AdjustmentProblem* problem, BlockState* state) {
   const Block& block = problem->block;
   if (problem->Solves(point) || problem->control_of[point] >= 0) return false;
@@ -276,14 +285,7 @@ bool TakeBack(std::size_t point, AdjustmentProblem* problem, BlockState* state) 
   }
   if (observations.size() < 2) return false;
   const Intersection met = Intersect(observations, block.frame);
-  const double freedom = 2.0 * static_cast<double>(observations.size()) - 3.0;
-  const bool fits =
-      met.outcome == IntersectionOutcome::kDetermined &&
-      met.weighted_square_sum <= ChiSquareQuantile(kTakenBack, freedom) &&
-      std::all_of(observations.begin(), observations.end(), [&](const FixedPathLook& observation) {
-        return LiesWhereItLooks(block.frame, observation, met.position_m);
-      });
-  if (!fits) {
+  if (!Agree(observations, met, block.frame)) {
     // What a search for blunders said of the point stays.
     if (problem->point_status[point] == PointStatus::kUndetermined &&
         met.outcome == IntersectionOutcome::kCirclesDoNotMeet) {

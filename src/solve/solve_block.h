@@ -94,6 +94,12 @@ void SolveOnce(const AdjustOptions& options,
                std::optional<ReducedSystem>* system,
                ProgressSink* progress);
 
+/// Whether looks on fixed paths agree at their intersection: a position is determined, their v'Pv
+/// is within its 99.9 percent point, and it lies below and on the side of every look.
+[[nodiscard]] bool Agree(const std::vector<FixedPathLook>& looks,
+                         const Intersection& met,
+                         const Frame& frame);
+
 /// Takes a point that was left out back into the problem where all its looks, but those that the
 /// block itself rejects, meet on the corrected paths within their noise and where they look; true
 /// if so. The point starts from there.

@@ -101,8 +101,7 @@ TEST(SameFlightsTest, PassesWithTheSameStatesAreNamed) {
   ChangeStates(
       1, [](StateVector* state) { state->time_s += 3.5; }, &block);
   EXPECT_THAT(FindSameFlights(block, unshared),
-              ElementsAre(HasSubstr("3.5 s later on its day): one of both has the orbit of another "
-                                    "date")));
+              ElementsAre(HasSubstr("3.5 s apart): one of both has the orbit of another date")));
   ChangeStates(
       1, [](StateVector* state) { state->time_s -= 3.5; }, &block);
   block.passes[1].epoch_utc = "2022-10-28T01:50:44Z";
@@ -111,6 +110,12 @@ TEST(SameFlightsTest, PassesWithTheSameStatesAreNamed) {
   block.passes[1].epoch_utc = "2022-10-16T01:50:41Z";
   ChangeStates(
       1, [](StateVector* state) { state->time_s += 3.0; }, &block);
+  EXPECT_THAT(FindSameFlights(block, unshared), ElementsAre(HasSubstr("they are one flight")));
+  // The same over midnight: the dates differ, the instants do not.
+  block.passes[0].epoch_utc = "2022-10-16T23:59:58Z";
+  block.passes[1].epoch_utc = "2022-10-17T00:00:01Z";
+  ChangeStates(
+      1, [](StateVector* state) { state->time_s -= 6.0; }, &block);
   EXPECT_THAT(FindSameFlights(block, unshared), ElementsAre(HasSubstr("they are one flight")));
 }
 

@@ -7,12 +7,12 @@
 #include <filesystem>
 #include <string>
 
+#include "core/utc.h"
 #include "fuzz/network_fuzz_targets.h"
 #include "io/io_fixture.h"
 #include "products/csm.h"
 #include "products/import.h"
 #include "products/isis.h"
-#include "products/utc.h"
 #include <Eigen/LU>
 #include <gmock/gmock.h>
 

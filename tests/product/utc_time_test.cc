@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "products/utc.h"
+#include "core/utc.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

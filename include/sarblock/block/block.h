@@ -181,9 +181,8 @@ struct Block {
 /// Throws InputError naming array, index, what must be and what was got (`looks.pass[5]: must be
 /// below 3, the number of passes, got 99`) unless a block filled by hand is what this page says:
 ///   - passes with ids of their own, a flight path, a side, and a span that ends after it starts;
-///   - arrays of one length; offsets from 0 to the number of looks that never descend; at each
-///   point
-///     at most one look of a pass that is not rejected; known flags;
+///   - arrays of one length; offsets from 0 to the number of looks that never descend; at most one
+///     look of a pass at each point that is not rejected; known flags;
 ///   - looks with ranges above 0, squints below pi/2, Dopplers with the wavelength of their pass,
 ///     standard deviations above 0 in a unit that the look can have. Of rejected looks only the
 ///     arrays are looked at. A time or range of NaN is a planned look's, which Adjust() refuses;

@@ -31,7 +31,7 @@ namespace sarblock {
 
 using CostPointer = std::unique_ptr<ceres::CostFunction>;
 
-// Of all cost functions here:
+// What all cost functions here have in common.
 //
 // Blocks: the point [3, m, frame axes], p = origin_m + block, then those of the corrections, as
 // CorrectedFlight::Blocks() gives them. Residuals are in standard deviations, predicted less
