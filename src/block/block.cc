@@ -178,8 +178,11 @@ void RequireCone(const Block& block, std::size_t i) {
     RefuseEntry("looks.cone", i, "a Doppler must be finite" + Got(looks.cone[i]));
   }
   const Pass& pass = block.passes[looks.pass[i]];
-  RequirePositive(
-      "looks.flags", i, pass.wavelength_m, "kDoppler needs wavelength_m: that of pass", pass.id);
+  RequirePositive("looks.flags",
+                  i,
+                  pass.wavelength_m,
+                  "kDoppler needs a wavelength; wavelength_m of pass",
+                  pass.id);
 }
 
 void RequireLooks(const Block& block) {

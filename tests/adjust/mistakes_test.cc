@@ -160,7 +160,7 @@ std::vector<Mistake> Mistakes() {
       {"RangeZero", "looks.range_m[4]", "above 0", [](Block* b) { b->looks.range_m[4] = 0.0; }},
       {"RangeInfinite",
        "looks.range_m[4]",
-       "finite",
+       "a number from 1e-60 to 1e60, got inf",
        [](Block* b) { b->looks.range_m[4] = kInfinity; }},
       {"TimeInfinite",
        "looks.time_s[4]",
@@ -192,7 +192,7 @@ std::vector<Mistake> Mistakes() {
        }},
       {"DopplerWithoutWavelength",
        "looks.flags[2]",
-       "wavelength of pass 'A3'",
+       "wavelength_m of pass 'A3' must be a number above 0",
        [](Block* b) {
          b->looks.cone.assign(48, 0.0);
          b->looks.flags[2] = Looks::kDoppler;
