@@ -16,7 +16,8 @@
 #              user time of whole processes and ratios; SARBLOCK_POINTS: only leberl-aircraft with so many points
 #   growth     stages of adjust and exponents over points, passes, parameters, looks and threads
 #   network    a two-dimensional net of 2,000 passes, 6 and 24 parameters each; last row: SARBLOCK_OTHER
-#   many       hundreds to ten thousand passes of one point; SARBLOCK_OTHER beside, up to 1,000 passes
+#   many       hundreds to ten thousand passes of one point, and of two looks each at 200 points; SARBLOCK_OTHER
+#              beside, up to 1,000 and 2,000 passes
 #   largest    the net of 20,000 passes, SARBLOCK_POINTS points (11,600,000), in SARBLOCK_WORK
 #   scratch    the net of 2,000 passes, SARBLOCK_POINTS points (1,960,000), without and with --scratch: CPU, anonymous and
 #              mapped memory at most, whether all tables are the same; a third run in the memory control group of
@@ -338,12 +339,13 @@ elif name == "solve":
     solve_table(100000)
 elif name == "many":
     print("passes,tie_points,program,user_s,peak_mib,rows_of_passes_covariance")
-    for count, points in ((600, 0), (600, 3), (1000, 0), (3000, 0), (10000, 0), (10000, 3)):
-        folder = f"{work}/many{count}_{points}"
-        subprocess.run([sys.executable, "tests/benchmarks/passes_of_one_point.py", str(count), str(points), folder],
-                       check=True)
+    for count, points, few in ((600, 0, 0), (600, 3, 0), (1000, 0, 0), (3000, 0, 0), (10000, 0, 0), (10000, 3, 0),
+                               (1000, 0, 200), (2000, 0, 200), (4000, 0, 200), (20000, 0, 200)):
+        folder = f"{work}/many{count}_{points}_{few}"
+        subprocess.run([sys.executable, "tests/benchmarks/passes_of_one_point.py", str(count), str(points), folder,
+                        str(few)], check=True)
         programs = {"this": program}
-        if "SARBLOCK_OTHER" in os.environ and count <= 1000:
+        if "SARBLOCK_OTHER" in os.environ and count <= (2000 if few else 1000):
             programs["other"] = os.environ["SARBLOCK_OTHER"]
         for label, one in programs.items():
             result = f"{work}/result"
@@ -354,7 +356,7 @@ elif name == "many":
                 sys.exit(f"bench.sh: {count} passes ended with status {status}")
             with open(f"{result}/passes_covariance.csv", encoding="utf-8") as table:
                 rows = sum(1 for _ in table) - 1
-            print(f"{count},{count * points},{label},{usage.ru_utime:.2f},{usage.ru_maxrss / 1024:.0f},{rows}", flush=True)
+            print(f"{count},{few or count * points},{label},{usage.ru_utime:.2f},{usage.ru_maxrss / 1024:.0f},{rows}", flush=True)
 elif name == "network":
     print(NETWORK_HEADER)
     simulated("network", f"{work}/network")

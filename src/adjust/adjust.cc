@@ -171,9 +171,13 @@ AdjustResult AdjustSelected(const Block& block,
   if (options.selection.mode == SelectionOptions::Mode::kPerPass) {
     Warn(&result,
          "corrections were chosen for every pass by itself (selection.mode = \"per-pass\"): "
-         "standard "
-         "deviations take the choice for certain and are too small, by a fifth to a half in "
-         "simulated blocks; \"common\" states them realistically");
+         "standard deviations take the choice of those that are kept for certain and are up to a "
+         "fifth too small in simulated blocks; \"common\" states them realistically");
+  }
+  if (report.certain) {
+    Warn(&result,
+         "corrections that are not kept were left out: the solution does not converge with them; "
+         "standard deviations take the choice for certain");
   }
   if (!report.settled) {
     Warn(&result,

@@ -68,6 +68,9 @@ void DescribePaths(const Block& block,
 
 namespace {
 
+/// Of v'Pv: what a move to another datum may change by rounding. A true move changes nothing.
+constexpr double kMaxChangeOfDatum = 1e-3;
+
 std::string NameLooks(const Block& block, const std::vector<std::size_t>& looks) {
   std::string text;
   constexpr std::size_t kNamed = 5;
@@ -498,8 +501,12 @@ AdjustResult AdjustGiven(const Block& block,
     robust = SettleRobust(solution, &options, progress, &result);
   }
   std::optional<DatumTransform> datum;
+  double cost_before_datum = std::numeric_limits<double>::quiet_NaN();
   if (floating) {
     const StageTimer timer("datum", &result.stages);
+    system.emplace(problem);
+    system->Form(state, {}, nullptr);
+    cost_before_datum = system->cost();
     const auto again = [&] { SolveOnce(options, &problem, &state, &solve, nullptr, progress); };
     datum.emplace(SettleInnerDatum(options, again, &problem, &state));
     system.reset();
@@ -516,6 +523,16 @@ AdjustResult AdjustGiven(const Block& block,
   result.iterations = solve.iterations;
   result.initial_cost = solve.initial_cost;
   result.final_cost = system->cost();
+  if (const double change = 2.0 * std::abs(result.final_cost - cost_before_datum);
+      change > kMaxChangeOfDatum) {
+    Refuse(
+        &result,
+        "the datum is not free: moved to the inner datum the block changes v'Pv by " +
+            Digits(change, 2) +
+            ", so a direction that counts as a defect is one that the observations determine, if "
+            "only weakly; give control, or priors of the corrections, in place of datum = "
+            "\"inner\"");
+  }
   result.gradient = system->gradient();
   result.condition = rank.condition;
   if (system->looks_not_evaluated() > 0) {

@@ -228,13 +228,18 @@ void PrintCorrections(const AdjustResult& result, double factor, Out out) {
 /// One line a kept candidate.
 void PrintSelection(const SelectionReport& selection, Out out) {
   if (selection.empty()) return;
-  const auto kept = std::count_if(selection.candidates.begin(),
-                                  selection.candidates.end(),
-                                  [](const CandidateResult& c) { return c.kept; });
+  const auto count = [&](bool CandidateResult::*is) {
+    return std::count_if(selection.candidates.begin(),
+                         selection.candidates.end(),
+                         [is](const CandidateResult& c) { return c.*is; });
+  };
+  const auto kept = count(&CandidateResult::kept);
   fmt::format_to(out,
-                 "  corrections chosen: {} of {} candidates in {} steps, {} rounds\n",
+                 "  corrections chosen: {} of {} candidates, {} held by priors, in {} steps, {} "
+                 "rounds\n",
                  kept,
                  selection.candidates.size(),
+                 count(&CandidateResult::held),
                  selection.steps,
                  selection.rounds);
   constexpr int kShown = 12;

@@ -345,7 +345,7 @@ const std::array kOptions = std::to_array<OptionRow>({
    kPart<&AdjustOptions::quality, &QualityOptions::separation>},
   {{"selection.mode", "text", "common, per-pass", "common",
    "The same corrections for all passes, each with its own values, or every pass for itself, where "
-   "standard deviations come out too small."},
+   "standard deviations come out up to a fifth too small."},
    kChoice<&AdjustOptions::selection, &SelectionOptions::mode>},
   {{"selection.significance", "number", "above 0, below 1", "0.05",
    "Level of the F tests of one step, shared by all terms (Bonferroni)."},

@@ -432,9 +432,10 @@ void ReadResultSelection(ResultReading* reading) {
       candidate.posterior_prior = row.Number(kColumns("posterior_prior"));
       const std::string_view verdict = row.Text(kColumns("verdict"));
       candidate.kept = verdict == "kept";
-      if (!candidate.kept && verdict != "dropped") {
+      candidate.held = verdict == "held";
+      if (verdict != candidate.verdict()) {
         row.Fail(kColumns("verdict"),
-                 Quoted(verdict) + " is not known, kept or dropped is allowed");
+                 Quoted(verdict) + " is not known, kept, held or dropped is allowed");
       }
       candidate.reason = row.Text(kColumns("reason"));
       reading->result.candidates.push_back(std::move(candidate));

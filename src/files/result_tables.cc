@@ -197,7 +197,7 @@ void WriteSelectionTable(TableSink* sink, const ResultView& view) {
         .Number(kColumns("p"), candidate.probability)
         .Number(kColumns("delta_bic"), candidate.delta_bic)
         .Number(kColumns("posterior_prior"), candidate.posterior_prior)
-        .Text(kColumns("verdict"), candidate.kept ? "kept" : "dropped")
+        .Text(kColumns("verdict"), candidate.verdict())
         .Text(kColumns("reason"), candidate.reason);
     // An infinite condition has no number; the reason says what it means.
     if (std::isfinite(candidate.condition)) {

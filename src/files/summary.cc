@@ -136,10 +136,11 @@ Json Groups(const AdjustResult& result) {
 }
 
 Json Selection(const SelectionReport& selection) {
-  Json kept = Json::array();
+  Json kept = Json::array(), held = Json::array();
   for (const CandidateResult& candidate : selection.candidates) {
-    if (candidate.kept)
-      kept.push_back({{"candidate", candidate.name}, {"passes", candidate.passes}});
+    if (!candidate.kept && !candidate.held) continue;
+    (candidate.kept ? kept : held)
+        .push_back({{"candidate", candidate.name}, {"passes", candidate.passes}});
   }
   Json simplifications = Json::array();
   for (const SimplificationBound& bound : selection.simplifications) {
@@ -155,6 +156,7 @@ Json Selection(const SelectionReport& selection) {
           {"steps", selection.steps},
           {"settled", selection.settled},
           {"kept", kept},
+          {"held", held},
           {"simplifications", simplifications},
           {"simplified_gain", selection.simplified_gain},
           {"simplified_shift", selection.simplified_shift},

@@ -11,6 +11,7 @@
 #include "block/point_order.h"
 #include "core/ranks.h"
 #include "core/threads.h"
+#include "linear/symbolic.h"
 #include "point.h"
 #include <glog/logging.h>
 
@@ -25,6 +26,11 @@ constexpr std::size_t kMaxBordered = 64;
 constexpr std::size_t kBorderBytes = std::size_t{128} << 20;
 /// The border pays only where it leaves points of so many times fewer blocks.
 constexpr std::size_t kGap = 2;
+/// All points are in the border only where the corrections are so many times the rows of the
+/// border: it then takes no more memory than the dense matrix that they would make.
+constexpr std::size_t kFewRows = 6;
+/// Points with so many pairs of blocks on so few rows make S dense; their pairs are not listed.
+constexpr double kManyPairs = 2e7;
 
 /// Pairs of blocks seen together: a word a block or a bit table while that is small, else a hash
 /// set.
@@ -119,12 +125,10 @@ std::vector<std::uint32_t> FindBordered(const AdjustmentProblem& problem) {
   return ChooseBordered(std::move(many_blocks), most_others, std::min(fit, kMaxBordered));
 }
 
-}  // namespace
-
-ReducedPattern FindPattern(const AdjustmentProblem& problem, bool allow_border) {
+ReducedPattern PatternWith(const AdjustmentProblem& problem, BorderedPoints bordered) {
   const ParameterLayout& layout = problem.layout;
   ReducedPattern out;
-  if (allow_border) out.bordered.points = FindBordered(problem);
+  out.bordered = std::move(bordered);
   std::vector<int> sizes;
   for (const ParameterBlock& block : layout.blocks) sizes.push_back(block.size);
   PairSet seen(layout.blocks.size());
@@ -146,6 +150,43 @@ ReducedPattern FindPattern(const AdjustmentProblem& problem, bool allow_border) 
   out.columns = blocks_of.columns();
   out.pattern = std::make_shared<const BlockPattern>(std::move(sizes), seen.Pairs());
   return out;
+}
+
+/// Operations of the factor of S without its border; many where they are not worth counting.
+double OperationsOf(const AdjustmentProblem& problem, const ReducedPattern& found) {
+  std::vector<int> last;
+  for (std::size_t b = 0; b < problem.layout.blocks.size(); ++b) {
+    if (problem.layout.blocks[b].shared) last.push_back(static_cast<int>(b));
+  }
+  return sparse::Analyse(*found.pattern, last).operations;
+}
+
+}  // namespace
+
+ReducedPattern FindPattern(const AdjustmentProblem& problem, bool allow_border) {
+  if (!allow_border) return PatternWith(problem, {});
+  // Thousands of passes of a few looks each on few points: what the points leave of the corrections
+  // is dense, what the passes leave of the points is small.
+  BorderedPoints all;
+  double pairs = 0.0;
+  const auto columns = static_cast<std::size_t>(problem.layout.size());
+  for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
+    if (!problem.Solves(point)) continue;
+    all.points.push_back(static_cast<std::uint32_t>(point));
+    if (3 * kFewRows * all.points.size() > columns) {
+      return PatternWith(problem, {FindBordered(problem)});
+    }
+    const double looks = problem.CountLooks(point);
+    pairs += 0.5 * looks * looks;
+  }
+  if (pairs > kManyPairs) return PatternWith(problem, std::move(all));
+  ReducedPattern found = PatternWith(problem, {FindBordered(problem)});
+  const double rows = all.rows(), taken = found.bordered.rows();
+  const auto of_border = [n = static_cast<double>(columns)](double m) {
+    return m * m * (n + m / 3.0);
+  };
+  if (OperationsOf(problem, found) + of_border(taken) <= of_border(rows)) return found;
+  return PatternWith(problem, std::move(all));
 }
 
 namespace {

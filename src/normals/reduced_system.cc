@@ -269,6 +269,11 @@ SystemNeeds ReducedSystem::Needs(int threads) {
   needs.kept = kept_bytes_ / sizeof(double);
   needs.operations = pieces_.operations();
   needs.factor = factor_->Needs();
+  // Z and K beside the factor of what is not in the border (linear/block_cholesky.h).
+  const auto border_rows = static_cast<std::size_t>(bordered_.rows());
+  needs.factor.factor += needs.border + border_rows * border_rows;
+  const double m = bordered_.rows();
+  needs.factor.operations += 0.5 * m * m * (static_cast<double>(rows()) + m / 3.0);
   return needs;
 }
 

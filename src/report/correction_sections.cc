@@ -145,7 +145,7 @@ PageTable CandidateTable(const ResultFolder& result) {
                           Shown(c.probability, 2),
                           Shown(c.delta_bic, 3),
                           Shown(c.condition, 2),
-                          c.kept ? "kept" : "dropped",
+                          c.verdict(),
                           c.reason});
   }
   return table;
@@ -239,15 +239,19 @@ PageSection ModelSection(const ResultFolder& result) {
       if (!groups.empty()) section.items.emplace_back(PagePre{"Correction groups", groups});
     }
   } else {
-    const auto kept = std::count_if(result.file.candidates.begin(),
-                                    result.file.candidates.end(),
-                                    [](const CandidateResult& c) { return c.kept; });
+    const auto count = [&](bool CandidateResult::*is) {
+      return std::count_if(result.file.candidates.begin(),
+                           result.file.candidates.end(),
+                           [is](const CandidateResult& c) { return c.*is; });
+    };
     section.items.emplace_back(PageText{
         fmt::format(
             "Corrections were chosen by the program: {} of {} candidates were kept, each because "
-            "it is determinable, significant and pays.{}",
-            kept,
+            "it is determinable, significant and pays; {} are held by priors, their own or "
+            "estimated ones, so that what they may be is part of all standard deviations.{}",
+            count(&CandidateResult::kept),
             result.file.candidates.size(),
+            count(&CandidateResult::held),
             summary.selection_settled ? "" : " The choice had not settled when it was stopped."),
         ""});
     section.items.emplace_back(CandidateTable(result));

@@ -342,13 +342,44 @@ class Lister {
   Candidates out_;
 };
 
-/// Levels of one group at one pass, by axis (or parameter), and prior variances of processes.
-using AxisLevels = std::array<std::size_t, 3>;
+/// Corrections of one group at one pass, by axis (or parameter).
 struct PassLevels {
-  AxisLevels levels{};
-  std::array<double, 3> variance_m2{};
+  std::array<std::size_t, 3> levels{};         ///< the held ones included
+  std::array<std::vector<double>, 3> sigma{};  ///< of the priors, by degree; 0: none
   auto operator<=>(const PassLevels&) const = default;
 };
+
+/// What a term has in a model at a level, with what is held beyond.
+struct TermPriors {
+  std::size_t level = 0;
+  std::vector<double> sigma;
+};
+
+TermPriors PriorsAt(const Candidates& candidates,
+                    const SelectionTerm& term,
+                    std::size_t level,
+                    double variance_m2,
+                    const std::vector<double>& held) {
+  TermPriors out{level, {}};
+  const auto own_prior = [&](std::size_t l) {
+    const std::vector<int>& columns = term.levels[l - 1].columns;
+    const double sigma =
+        columns.empty()
+            ? kNotGiven
+            : candidates.parameters[static_cast<std::size_t>(columns.front())].prior_sigma;
+    return std::isnan(sigma) ? 0.0 : sigma;
+  };
+  if (level > 0 && term.levels[level - 1].spline) {
+    out.sigma = {term.levels[level - 1].process ? std::sqrt(variance_m2) : own_prior(level)};
+    return out;
+  }
+  for (std::size_t l = 1; l <= level; ++l) out.sigma.push_back(own_prior(l));
+  for (std::size_t l = level + 1; l <= held.size() && !std::isnan(held[l - 1]); ++l) {
+    out.sigma.push_back(held[l - 1]);
+    out.level = l;
+  }
+  return out;
+}
 
 /// The part of a position group whose components are at one level.
 CorrectionGroup PositionAt(const CorrectionGroup& group,
@@ -359,20 +390,21 @@ CorrectionGroup PositionAt(const CorrectionGroup& group,
   CorrectionGroup out = group;
   auto& position = std::get<PositionCorrection>(out.model);
   position.components = components;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    std::vector<double>& sigma_m = position.prior_sigma_m[axis];
-    if (!components[axis]) sigma_m.clear();
-    if (!top.spline && sigma_m.size() > level) sigma_m.resize(level);
-  }
   if (top.spline) {
     position.basis = Basis::kSpline;
     position.degree = 0;
     position.knot_spacing_s = top.spacing_s;
-    for (std::size_t axis = 0; axis < 3 && top.process; ++axis) {
-      if (components[axis]) position.prior_sigma_m[axis] = {std::sqrt(at.variance_m2[axis])};
-    }
   } else {
     position.degree = static_cast<int>(level) - 1;
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::vector<double>& sigma_m = position.prior_sigma_m[axis];
+    sigma_m.clear();
+    if (!components[axis]) continue;
+    for (const double sigma : at.sigma[axis]) sigma_m.push_back(sigma > 0.0 ? sigma : kNotGiven);
+    if (std::all_of(sigma_m.begin(), sigma_m.end(), [](double s) { return std::isnan(s); })) {
+      sigma_m.clear();
+    }
   }
   return out;
 }
@@ -381,7 +413,7 @@ std::vector<CorrectionGroup> PartsAt(const CorrectionGroup& group,
                                      const PassLevels& at,
                                      const std::array<const SelectionTerm*, 3>& terms) {
   std::vector<CorrectionGroup> out;
-  const AxisLevels& levels = at.levels;
+  const std::array<std::size_t, 3>& levels = at.levels;
   if (std::holds_alternative<PositionCorrection>(group.model)) {
     std::array<bool, 3> done{};
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -398,13 +430,20 @@ std::vector<CorrectionGroup> PartsAt(const CorrectionGroup& group,
   }
   if (levels[0] == 0 && levels[1] == 0) return out;
   CorrectionGroup part = group;
+  const auto prior = [&at](std::size_t slot) {
+    return at.levels[slot] > 0 && at.sigma[slot][0] > 0.0 ? at.sigma[slot][0] : kNotGiven;
+  };
   if (auto* velocity = std::get_if<VelocityCorrection>(&part.model)) {
     velocity->components = {levels[0] > 0, levels[1] > 0};
+    velocity->prior_sigma = {prior(0), prior(1)};
   } else if (auto* range = std::get_if<RangeCorrection>(&part.model)) {
-    range->bias = levels[0] > 0;
-    range->scale = levels[1] > 0;
-    if (!range->bias) range->bias_prior_sigma_m = kNotGiven;
-    if (!range->scale) range->scale_prior_sigma = kNotGiven;
+    *range = {levels[0] > 0, prior(0), levels[1] > 0, prior(1)};
+  } else if (auto* time = std::get_if<TimeCorrection>(&part.model)) {
+    time->bias_prior_sigma_s = prior(0);
+  } else if (auto* squint = std::get_if<SquintCorrection>(&part.model)) {
+    squint->bias_prior_sigma_rad = prior(0);
+  } else if (auto* air = std::get_if<TroposphereCorrection>(&part.model)) {
+    air->zenith_prior_sigma_m = prior(0);
   }
   out.push_back(std::move(part));
   return out;
@@ -436,7 +475,8 @@ Candidates MakeCandidates(const AdjustmentProblem& measured,
 std::vector<CorrectionGroup> GroupsOf(const Block& block,
                                       const Candidates& candidates,
                                       const std::vector<std::size_t>& levels,
-                                      const std::vector<double>& variance_m2) {
+                                      const std::vector<double>& variance_m2,
+                                      const HeldSigmas& held) {
   std::vector<CorrectionGroup> out;
   for (std::size_t g = 0; g < candidates.groups.size(); ++g) {
     const CorrectionGroup& group = candidates.groups[g];
@@ -447,10 +487,10 @@ std::vector<CorrectionGroup> GroupsOf(const Block& block,
       if (term.group != g) continue;
       const auto slot = static_cast<std::size_t>(std::max(term.axis, 0));
       terms[slot] = &term;
-      const bool process = levels[t] > 0 && term.levels[levels[t] - 1].process;
+      const TermPriors priors = PriorsAt(candidates, term, levels[t], variance_m2[t], held[t]);
       for (const std::size_t pass : term.passes) {
-        by_pass[pass].levels[slot] = levels[t];
-        if (process) by_pass[pass].variance_m2[slot] = variance_m2[t];
+        by_pass[pass].levels[slot] = priors.level;
+        by_pass[pass].sigma[slot] = priors.sigma;
       }
     }
     // Passes of one pattern are in one group.
@@ -473,6 +513,14 @@ std::string Text(double value) {
   text.precision(3);
   text << value;
   return text.str();
+}
+
+const Parameter& ParameterOf(const Candidates& candidates, const TermLevel& level) {
+  return candidates.parameters[static_cast<std::size_t>(level.columns.front())];
+}
+
+std::string HeldText(const Parameter& parameter, double sigma) {
+  return Text(sigma) + (parameter.unit == "1" ? "" : " " + parameter.unit);
 }
 
 }  // namespace
@@ -529,6 +577,7 @@ void SelectionRows::NoteStep(std::size_t term, std::size_t level, int step) {
 
 std::vector<CandidateResult> SelectionRows::Finish(const Candidates& candidates,
                                                    const std::vector<std::size_t>& levels,
+                                                   const HeldSigmas& held,
                                                    const SelectionOptions& options) const {
   std::vector<CandidateResult> out;
   const std::size_t tests = candidates.terms.size();
@@ -579,6 +628,13 @@ std::vector<CandidateResult> SelectionRows::Finish(const Candidates& candidates,
       if (!result.kept && result.step > 0) {
         result.reason += "; dropped after it had entered";
       }
+      if (l <= held[t].size() && !std::isnan(held[t][l - 1])) {
+        const Parameter& parameter = ParameterOf(candidates, level);
+        result.held = true;
+        result.reason += parameter.has_prior() ? "; held by its prior"
+                                               : "; held by a prior that was estimated, " +
+                                                     HeldText(parameter, held[t][l - 1]);
+      }
       out.push_back(std::move(result));
     }
   }
@@ -590,12 +646,13 @@ std::string KeptText(const SelectionReport& report,
                      const std::string& parameter) {
   const std::string stem = parameter.substr(0, parameter.rfind('.'));
   for (const CandidateResult& candidate : report.candidates) {
-    if (!candidate.kept) continue;
+    if (!candidate.kept && !candidate.held) continue;
     const bool spline = candidate.name.starts_with(stem + ".spline ") ||
                         candidate.name.starts_with(stem + ".process ");
     if (candidate.name != parameter && !spline) continue;
     const std::string among = " " + candidate.passes + " ";
     if (candidate.passes != "all" && among.find(" " + owner + " ") == std::string::npos) continue;
+    if (candidate.test == SelectionTest::kNotTried) return candidate.reason;
     return candidate.reason + ": F " + Text(candidate.f) + ", p " + Text(candidate.probability) +
            ", delta BIC " + Text(candidate.delta_bic);
   }

@@ -57,11 +57,18 @@ struct Candidates {
                                         const AdjustOptions& options,
                                         const std::vector<std::size_t>& spline_groups);
 
-/// Correction groups of a model: a level and, for a process, the variance of its prior by term.
+/// Corrections that are in the model with a prior alone: by term and level - 1 the standard
+/// deviation of the prior in SI units, NaN where it is not in it so. The levels of a term that are
+/// held follow the one that is kept.
+using HeldSigmas = std::vector<std::vector<double>>;
+
+/// Correction groups of a model: a level and, for a process, the variance of its prior by term, and
+/// what is held beyond.
 [[nodiscard]] std::vector<CorrectionGroup> GroupsOf(const Block& block,
                                                     const Candidates& candidates,
                                                     const std::vector<std::size_t>& levels,
-                                                    const std::vector<double>& variance_m2);
+                                                    const std::vector<double>& variance_m2,
+                                                    const HeldSigmas& held);
 
 /// True where a candidate is determinable, significant and pays. `tests` share the level.
 [[nodiscard]] bool Passes(const CandidateFigures& figures,
@@ -83,6 +90,7 @@ class SelectionRows {
   /// The finished table at a model, a level by term.
   [[nodiscard]] std::vector<CandidateResult> Finish(const Candidates& candidates,
                                                     const std::vector<std::size_t>& levels,
+                                                    const HeldSigmas& held,
                                                     const SelectionOptions& options) const;
 
  private:

@@ -55,6 +55,16 @@ double LeastEigenvalue(const dense::Cholesky& factor) {
 /// Eigenvalues below this part of the largest are rounding: the observations say nothing there.
 constexpr double kNothing = 1e-10;
 
+/// Sweeps over the variances of several sets, and the relative change that ends them: the standard
+/// deviation of a variance is many times that.
+constexpr int kMaxVarianceSweeps = 30;
+constexpr double kSettledVariance = 0.02;
+/// A variance whose likelihood is largest at zero is not zero for certain. The likelihood is
+/// multiplied by the power a - 1 = 1/4 of q, a gamma prior without a scale that keeps it off zero
+/// (Chung et al. 2013): without a sign of them coefficients then get about their own standard
+/// deviations where they are few, and less where they are many.
+constexpr double kBoundary = 0.5;
+
 /// -2 times the logarithm of the restricted likelihood of columns with one prior variance q, and
 /// what they leave of v'Pv (docs/theory/selection.md, eq. 8a).
 struct ProcessLikelihood {
@@ -62,6 +72,7 @@ struct ProcessLikelihood {
   Eigen::ArrayXd square;        ///< of the gradient's parts along its eigenvectors
   double square_without = 0.0;  ///< v'Pv without the columns
   double redundancy = 0.0;
+  double boundary = 0.0;  ///< power of q that the likelihood is multiplied by, times two
 
   [[nodiscard]] double Remaining(double q) const {
     return square_without - (square / (information + 1.0 / q)).sum();
@@ -72,7 +83,7 @@ struct ProcessLikelihood {
   [[nodiscard]] double operator()(double log_q) const {
     const double q = std::exp(log_q);
     const double left = std::max(Remaining(q), kMinVariance * redundancy);
-    return redundancy * std::log(left) + LogDeterminant(q);
+    return redundancy * std::log(left) + LogDeterminant(q) - boundary * log_q;
   }
 };
 
@@ -274,6 +285,74 @@ CandidateFigures QuadraticModel::Exchange(const std::vector<int>& out,
   more.delta_bic =
       before * std::log(std::max(square_in, floor) / std::max(square_out, floor)) + more.penalty;
   return more;
+}
+
+double QuadraticModel::PartLeft(const std::vector<int>& columns) const {
+  double left = 0.0, whole = 0.0;
+  for (const int c : columns) {
+    left += s_(c, c) - data_.prior_weight[c];
+    whole += data_.s(c, c) - data_.prior_weight[c];
+  }
+  return whole > 0.0 ? std::max(0.0, left / whole) : 0.0;
+}
+
+std::vector<double> QuadraticModel::MostLikelyVariances(
+    const std::vector<std::vector<int>>& sets) const {
+  std::vector<int> all = active_;
+  std::vector<std::vector<int>> places;
+  for (const std::vector<int>& set : sets) {
+    places.push_back(Places(all.size(), set.size()));
+    all.insert(all.end(), set.begin(), set.end());
+  }
+  // Starts from coefficients about as large as what is known of each alone.
+  Eigen::VectorXd weight = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(all.size()));
+  std::vector<double> variance(sets.size(), std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t k = 0; k < sets.size(); ++k) {
+    double information = 0.0;
+    for (const int c : sets[k]) information = std::max(information, s_(c, c));
+    if (!(information > 0.0)) continue;
+    variance[k] = 1.0 / information;
+    weight(places[k]).setConstant(information);
+  }
+  const Eigen::MatrixXd s = Part(data_.s, all, all);
+  const Eigen::VectorXd b = data_.b(all);
+  for (int sweep = 0; sweep < kMaxVarianceSweeps; ++sweep) {
+    Eigen::MatrixXd covariance = s;
+    covariance.diagonal() += weight;
+    const Eigen::VectorXd scale = covariance.diagonal().cwiseMax(0.0).cwiseSqrt().cwiseInverse();
+    if (!scale.allFinite()) break;
+    const dense::Cholesky factor(scale.asDiagonal() * covariance * scale.asDiagonal());
+    if (!factor.positive_definite()) break;
+    covariance = scale.asDiagonal() * factor.Inverse() * scale.asDiagonal();
+    double change = 0.0;
+    for (std::size_t k = 0; k < sets.size(); ++k) {
+      if (std::isnan(variance[k])) continue;
+      const double q = variance[k];
+      const Eigen::VectorXd x = covariance * b;
+      const dense::Eigenpairs eigen = dense::SymmetricEigenpairs(covariance(places[k], places[k]));
+      const Eigen::ArrayXd c = eigen.values.array();
+      if (!(c[0] > 0.0)) continue;
+      const Eigen::ArrayXd along = (eigen.vectors.transpose() * x(places[k])).array();
+      ProcessLikelihood likelihood;
+      likelihood.information = (1.0 / c - 1.0 / q).max(0.0);
+      if (!(likelihood.information.maxCoeff() > 0.0)) continue;
+      likelihood.square = (along / c).square();
+      likelihood.square_without = data_.constant - b.dot(x) + (along.square() / c).sum();
+      likelihood.redundancy = redundancy_;
+      likelihood.boundary = kBoundary;
+      const double next = std::exp(MostLikelyVariance(likelihood));
+      change = std::max(change, std::abs(std::log(next / q)));
+      variance[k] = next;
+      weight(places[k]).setConstant(1.0 / next);
+      // The covariance with the other weight (Sherman, Morrison and Woodbury).
+      const double added = 1.0 / next - 1.0 / q;
+      const Eigen::MatrixXd columns = covariance(Eigen::all, places[k]) * eigen.vectors;
+      const Eigen::ArrayXd factors = added / (1.0 + added * c);
+      covariance.noalias() -= columns * factors.matrix().asDiagonal() * columns.transpose();
+    }
+    if (change < kSettledVariance) break;
+  }
+  return variance;
 }
 
 void QuadraticModel::SetPrior(const std::vector<int>& columns, double variance) {

@@ -78,6 +78,14 @@ class QuadraticModel {
   [[nodiscard]] CandidateFigures Process(const std::vector<int>& in,
                                          const std::vector<int>& out,
                                          const std::vector<int>& below) const;
+  /// Most likely prior variances of sets of columns that are not active, each given the others'
+  /// and the active columns (docs/theory/selection.md, eq. 8b); NaN where the observations say
+  /// nothing of a set.
+  [[nodiscard]] std::vector<double> MostLikelyVariances(
+      const std::vector<std::vector<int>>& sets) const;
+  /// Part of what the observations say of columns that the active ones leave to them: 0 where
+  /// these say the same, 1 where they say nothing of it.
+  [[nodiscard]] double PartLeft(const std::vector<int>& columns) const;
   /// Gives columns a prior of this variance in place of what they have, infinite: none. Reset()
   /// where they are active.
   void SetPrior(const std::vector<int>& columns, double variance);

@@ -10,6 +10,7 @@
 #include <map>
 #include <memory>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include "candidates.h"
@@ -33,6 +34,9 @@ constexpr int kMaxSwaps = 100;
 constexpr double kEqual = 1e-6;
 /// Sweeps over the processes of a model, which estimate the variance of each given the others'.
 constexpr int kVarianceSweeps = 3;
+/// Part of what the observations say of a candidate below which the corrections that are kept say
+/// it as well.
+constexpr double kMinPartLeft = 1e-5;
 /// Relative difference of prior variances that no round is made for: their own standard deviation
 /// is many times that.
 constexpr double kSameVariance = 0.05;
@@ -59,16 +63,24 @@ class Selector {
       candidates_ = MakeCandidates(*problem_, options_, spline_groups_);
       levels_.resize(candidates_.terms.size(), 0);
       variance_m2_.resize(candidates_.terms.size(), 0.0);
+      held_.resize(candidates_.terms.size());
       QuadraticModel model = Linearise();
       const bool changed = ChooseSteps(&model);
       const bool wider = WantSplines(model);
-      if (changed) Refit();
+      if (changed) static_cast<void>(Refit());
       report.settled = !changed && !wider;
-      if (report.settled || report.rounds == kMaxRounds) TestKept(model);
+      if (report.settled || report.rounds == kMaxRounds) {
+        TestKept(model);
+        if (Hold(&model) && !Refit()) {
+          LetGo();
+          report.certain = true;
+          static_cast<void>(Refit());
+        }
+      }
     }
     report.steps = step_;
-    report.candidates = rows_.Finish(candidates_, levels_, options_.selection);
-    report.groups = GroupsOf(block_, candidates_, levels_, variance_m2_);
+    report.candidates = rows_.Finish(candidates_, levels_, held_, options_.selection);
+    report.groups = GroupsOf(block_, candidates_, levels_, variance_m2_, held_);
     return report;
   }
 
@@ -84,7 +96,7 @@ class Selector {
     problem_ = std::make_unique<AdjustmentProblem>(block_, std::vector<CorrectionGroup>{});
     state_ = std::move(ComputeStartValues(problem_.get(), progress_).state);
     RequireSolvable(*problem_);
-    Solve();
+    static_cast<void>(Solve());
     // The adjustment that follows starts such points again; the choice does without them.
     ReducedSystem system(*problem_);
     system.Form(state_, {}, progress_);
@@ -95,12 +107,13 @@ class Selector {
     RequireSolvable(*problem_);
   }
 
-  void Solve() {
+  bool Solve() {
     SolveOptions solve;
     solve.max_iterations = options_.max_iterations;
     solve.threads = options_.threads;
-    static_cast<void>(SolveReduced(*problem_, weighting_, solve, &state_, progress_));
+    const SolveReport report = SolveReduced(*problem_, weighting_, solve, &state_, progress_);
     UpdateWeights(state_, problem_.get());
+    return report.converged;
   }
 
   using Key = std::pair<std::string, std::string>;  // owner and name
@@ -186,10 +199,11 @@ class Selector {
     return level > 0 && candidates_.terms[t].levels[level - 1].process;
   }
 
-  /// Solves the block with the model chosen, from the former solution.
-  void Refit() {
+  /// Solves the block with the model chosen, from the former solution; false where the solution
+  /// does not converge.
+  bool Refit() {
     auto next = std::make_unique<AdjustmentProblem>(
-        block_, GroupsOf(block_, candidates_, levels_, variance_m2_));
+        block_, GroupsOf(block_, candidates_, levels_, variance_m2_, held_));
     Adopt(*problem_, next.get());
     std::map<Key, double> value_of;
     for (int i = 0; i < problem_->layout.size(); ++i) {
@@ -211,7 +225,7 @@ class Selector {
       if (found != value_of.end()) state_.corrections[i] = found->second;
     }
     problem_ = std::move(next);
-    Solve();
+    return Solve();
   }
 
   /// What a level is made of: polynomials (0), or one of the splines.
@@ -521,6 +535,76 @@ class Selector {
     }
   }
 
+  /// What is not kept is not zero. Its error has the size that its prior says, or one that is
+  /// estimated over all passes in which it is not kept. Left out is what the observations say
+  /// nothing of beside the corrections that are kept. True where something is held.
+  bool Hold(QuadraticModel* model) {
+    struct Candidate {
+      std::size_t term, level;
+    };
+    std::vector<int> active = ActiveColumns();
+    std::vector<std::vector<Candidate>> sets;
+    std::map<std::tuple<std::size_t, int, std::size_t>, std::size_t> set_of;
+    for (std::size_t t = 0; t < candidates_.terms.size(); ++t) {
+      const SelectionTerm& term = candidates_.terms[t];
+      held_[t].assign(term.levels.size(), kNotGiven);
+      if (levels_[t] > 0 && term.levels[levels_[t] - 1].spline) continue;
+      for (std::size_t l = levels_[t] + 1; l <= std::max<std::size_t>(1, term.Degrees()); ++l) {
+        const std::vector<int>& columns = term.levels[l - 1].columns;
+        if (columns.empty()) break;
+        const Parameter& parameter =
+            candidates_.parameters[static_cast<std::size_t>(columns.front())];
+        if (parameter.has_prior()) {
+          held_[t][l - 1] = parameter.prior_sigma;
+          active.insert(active.end(), columns.begin(), columns.end());
+          continue;
+        }
+        const bool open = model->PartLeft(columns) < kMinPartLeft ||
+                          model->Score(columns).condition > MaxCondition(options_.selection);
+        if (open) break;
+        const auto [at, is_new] = set_of.try_emplace({term.group, term.axis, l}, sets.size());
+        if (is_new) sets.emplace_back();
+        sets[at->second].push_back({t, l});
+      }
+    }
+    if (!sets.empty()) {
+      CHECK(model->Reset(active)) << "priors have made a model singular";
+      std::vector<std::vector<int>> columns(sets.size());
+      for (std::size_t k = 0; k < sets.size(); ++k) {
+        for (const auto& [t, l] : sets[k]) {
+          const std::vector<int>& more = candidates_.terms[t].levels[l - 1].columns;
+          columns[k].insert(columns[k].end(), more.begin(), more.end());
+        }
+      }
+      const std::vector<double> variance = model->MostLikelyVariances(columns);
+      for (std::size_t k = 0; k < sets.size(); ++k) {
+        for (const auto& [t, l] : sets[k]) held_[t][l - 1] = std::sqrt(variance[k]);
+      }
+    }
+    bool any = false;
+    for (std::size_t t = 0; t < held_.size(); ++t) {
+      // A degree above one of which nothing is known has no place either.
+      const auto begin =
+          held_[t].begin() + static_cast<std::ptrdiff_t>(std::min(levels_[t], held_[t].size()));
+      const auto end = std::find_if(begin, held_[t].end(), [](double s) { return std::isnan(s); });
+      std::fill(end, held_[t].end(), kNotGiven);
+      any = any || end != begin;
+    }
+    return any;
+  }
+
+  /// Leaves out what is held by estimated priors.
+  void LetGo() {
+    for (std::size_t t = 0; t < held_.size(); ++t) {
+      for (std::size_t l = 0; l < held_[t].size(); ++l) {
+        if (std::isnan(held_[t][l])) continue;
+        const int column = candidates_.terms[t].levels[l].columns.front();
+        if (candidates_.parameters[static_cast<std::size_t>(column)].has_prior()) continue;
+        std::fill(held_[t].begin() + static_cast<std::ptrdiff_t>(l), held_[t].end(), kNotGiven);
+      }
+    }
+  }
+
   const Block& block_;
   const AdjustOptions& options_;
   ProgressSink* progress_;
@@ -531,6 +615,7 @@ class Selector {
   Levels levels_;                    // by term
   Levels solved_levels_;             // of the problem
   std::vector<double> variance_m2_;  // of the priors of processes, by term
+  HeldSigmas held_;
   std::vector<std::size_t> spline_groups_;
   SelectionRows rows_;
   Eigen::MatrixXd nominal_s_;  // of all candidates, paths not corrected

@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes a block of straight passes around one reflector that all of them see.
 
-    passes_of_one_point.py PASSES POINTS FOLDER
+    passes_of_one_point.py PASSES POINTS FOLDER [FEW]
 
-POINTS tie points a pass are seen by it and by the next three. Errors of the paths and of the
+POINTS tie points a pass are seen by it and by the next three. With FEW there is no reflector: every
+pass sees two of FEW points, drawn at random, every tenth of them known to 0.5 m. Errors of the paths and of the
 measurements have the standard deviations that block.toml states.
 """
 import math
@@ -44,10 +45,19 @@ class Pass:
 
 def main():
     count, points, folder = int(sys.argv[1]), int(sys.argv[2]), sys.argv[3]
+    few = int(sys.argv[4]) if len(sys.argv) > 4 else 0
     draw = random.Random(5)
     passes = [Pass(draw) for _ in range(count)]
     names = [f"P{i}" for i in range(count)]
-    seen = [("R", (0.0, 0.0, 0.0), range(count))]
+    if few > 0:
+        by = [[] for _ in range(few)]
+        for i in range(count):
+            for k in draw.sample(range(few), 2):
+                by[k].append(i)
+        seen = [(f"T{k}", (draw.uniform(-3000, 3000), draw.uniform(-3000, 3000), draw.uniform(-50, 50)), by[k])
+                for k in range(few)]
+    else:
+        seen = [("R", (0.0, 0.0, 0.0), range(count))]
     for i in range(count):
         for k in range(points):
             place_m = (draw.uniform(-3000, 3000), draw.uniform(-3000, 3000), draw.uniform(-50, 50))
@@ -58,7 +68,7 @@ def main():
             "[sigma]", f"range_m = {RANGE_SIGMA_M}", f"azimuth_m = {AZIMUTH_SIGMA_M}",
             "[adjust.correction.position]", "degree = 0", 'axes = "track"',
             f"sigma_m = {list(PATH_SIGMA_M)}"],
-        "points.csv": ["point,role,x_m,y_m,z_m"],
+        "points.csv": ["point,role,x_m,y_m,z_m,sigma_e_m,sigma_n_m,sigma_u_m"],
         "trajectories.csv": ["pass,time_s,x_m,y_m,z_m,vx_mps,vy_mps,vz_mps"],
         "observations.csv": ["pass,point,time_s,range_m"],
     }
@@ -68,9 +78,10 @@ def main():
         for time_s in (-5.0, 65.0):
             place = ",".join(repr(x) for x in one.place(time_s))
             tables["trajectories.csv"].append(f"{name},{time_s},{place},{velocity}")
-    for point, place_m, by in seen:
-        start = ",".join(f"{x + draw.gauss(0.0, 5.0):.3f}" for x in place_m)
-        tables["points.csv"].append(f"{point},tie,{start}")
+    for number, (point, place_m, by) in enumerate(seen):
+        known = few > 0 and number % 10 == 0
+        start = ",".join(f"{x + draw.gauss(0.0, 0.5 if known else 5.0):.3f}" for x in place_m)
+        tables["points.csv"].append(f"{point},control,{start},0.5,0.5,0.5" if known else f"{point},tie,{start},,,")
         for i in by:
             time_s, range_m = passes[i].look(place_m)
             time_s += draw.gauss(0.0, AZIMUTH_SIGMA_M) / SPEED_MPS

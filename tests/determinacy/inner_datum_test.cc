@@ -12,6 +12,7 @@
 #include "quality/point_sweep.h"
 #include "solve/rank.h"
 #include "support/dense_normals.h"
+#include "support/scene_blocks.h"
 #include "support/small_blocks.h"
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
@@ -221,6 +222,22 @@ TEST(InnerDatumTest, AdjustsAFloatingBlock) {
     sum_some += b[0] + b[1] + b[2];
   }
   EXPECT_LT(sum_all, sum_some);  // the inner datum has the least trace
+}
+
+// On an orbit, shifts along the track turn with it: what looks like a free shift of all passes is a
+// direction that the observations determine, if only weakly. Moved along it the block is another
+// one.
+TEST(InnerDatumTest, RefusesAMoveThatChangesTheResiduals) {
+  const test::SceneBlock scene = test::SimulatedSceneBlock(
+      "scenes", "earth-asc-desc", {"control.layout=none", "points.count=150"});
+  AdjustOptions options;
+  options.corrections = CorrectionChoice::kGiven;
+  options.groups = FreePosition(0);
+  options.datum = Datum::kInner;
+  const AdjustResult result = Adjust(scene.block, options);
+  EXPECT_EQ(result.assessment.verdict, Verdict::kNotAccepted);
+  EXPECT_THAT(result.assessment.reasons,
+              testing::Contains(testing::StartsWith("the datum is not free: moved")));
 }
 
 }  // namespace

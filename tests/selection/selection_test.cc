@@ -13,6 +13,9 @@
 #include <string>
 #include <vector>
 
+#include "model/priors.h"
+#include "selection/quadratic_model.h"
+#include <Eigen/Cholesky>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -104,7 +107,7 @@ TEST(SelectionTest, TheScoreTestHasTheFOfARefitToFirstOrder) {
     options.selection.max_degree = 2;
     options.selection.knot_spacings_s = std::vector<double>{};
     const SelectionReport report = SelectCorrections(block, options);
-    ASSERT_TRUE(report.groups.empty());
+    for (const CandidateResult& row : report.candidates) ASSERT_FALSE(row.kept) << row.name;
     const AdjustResult base = Fit(block, {});
     double largest = 0.0;
     int compared = 0;
@@ -130,28 +133,53 @@ TEST(SelectionTest, TheScoreTestHasTheFOfARefitToFirstOrder) {
   }
 }
 
+/// What is kept, without what is held by priors. Standard candidates have no priors of their own.
+std::vector<CorrectionGroup> KeptOf(const SelectionReport& report) {
+  std::vector<CorrectionGroup> kept;
+  for (const CorrectionGroup& group : report.groups) {
+    if (const auto* position = std::get_if<PositionCorrection>(&group.model)) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (!position->components[axis]) continue;
+        const std::vector<double>& sigma_m = position->prior_sigma_m[axis];
+        const auto held =
+            std::find_if(sigma_m.begin(), sigma_m.end(), [](double s) { return !std::isnan(s); });
+        const std::ptrdiff_t degrees =
+            sigma_m.empty() ? position->degree + 1 : held - sigma_m.begin();
+        if (degrees == 0) continue;
+        CorrectionGroup one = group;
+        auto& own = std::get<PositionCorrection>(one.model);
+        own.degree = static_cast<int>(degrees) - 1;
+        own.components = {axis == 0, axis == 1, axis == 2};
+        own.prior_sigma_m = {};
+        kept.push_back(one);
+      }
+      continue;
+    }
+    const std::vector<Parameter> parameters = ParametersOf(group);
+    if (std::none_of(parameters.begin(), parameters.end(), [](const Parameter& parameter) {
+          return parameter.has_prior();
+        })) {
+      kept.push_back(group);
+    }
+  }
+  return kept;
+}
+
 // Second route: what is kept tested by leaving it out and adjusting again.
 TEST(SelectionTest, WaldsTestHasTheFOfLeavingOut) {
   const Block block = Simulate(StripsScene(1.0)).block;
   const SelectionReport report = SelectCorrections(block, Auto());
-  const AdjustResult full = Fit(block, report.groups);
+  const std::vector<CorrectionGroup> kept = KeptOf(report);
+  const AdjustResult full = Fit(block, kept);
   const CandidateResult& row = Row(report, "position.across.1");
   ASSERT_TRUE(row.kept);
   ASSERT_EQ(row.test, SelectionTest::kWald);
-  std::vector<CorrectionGroup> fewer;
-  for (CorrectionGroup group : report.groups) {
+  std::vector<CorrectionGroup> fewer = kept;
+  for (CorrectionGroup& group : fewer) {
     auto* position = std::get_if<PositionCorrection>(&group.model);
-    if (position != nullptr && position->components[1]) {
-      CorrectionGroup across = group;
-      auto& own = std::get<PositionCorrection>(across.model);
-      ASSERT_EQ(own.degree, 1);
-      own.degree = 0;
-      own.components = {false, true, false};
-      fewer.push_back(across);
-      position->components[1] = false;
-      if (!position->components[0] && !position->components[2]) continue;
-    }
-    fewer.push_back(group);
+    if (position == nullptr || !position->components[1]) continue;
+    ASSERT_EQ(position->degree, 1);
+    position->degree = 0;
   }
   const AdjustResult less = Fit(block, fewer);
   const double k = less.redundancy() - full.redundancy();
@@ -176,15 +204,26 @@ TEST(SelectionTest, EveryCandidateHasItsRowFiguresAndReason) {
     EXPECT_EQ(row.passes, "all");
     EXPECT_FALSE(row.reason.empty()) << row.name;
     EXPECT_EQ(row.parameters > 0, row.test != SelectionTest::kNotTried) << row.name;
+    EXPECT_EQ(row.held, row.reason.find("held by a prior that was estimated") != std::string::npos)
+        << row.reason;
+    EXPECT_FALSE(row.held && row.kept) << row.name;
     if (!row.kept) continue;
     EXPECT_EQ(row.test, SelectionTest::kWald) << row.name;
     EXPECT_GT(row.step, 0) << row.name;
     kept += static_cast<std::size_t>(row.parameters);
   }
-  EXPECT_EQ(kept, result.parameters.size());
+  // What is kept has no prior, what is held has one.
   for (const ParameterResult& parameter : result.parameters) {
     EXPECT_THAT(parameter.kept, HasSubstr("F ")) << parameter.name;
+    const CandidateResult& row = Row(report, parameter.name);
+    EXPECT_EQ(row.held, parameter.prior_sigma > 0.0) << parameter.name;
+    EXPECT_EQ(row.kept, std::isnan(parameter.prior_sigma)) << parameter.name;
+    kept -= row.kept ? 1u : 0u;
   }
+  EXPECT_EQ(kept, 0u);
+  EXPECT_TRUE(Row(report, "position.along.2").held);
+  // A time bias is a shift along these straight tracks, which is kept: nothing is left of it.
+  EXPECT_STREQ(Row(report, "time.bias").verdict(), "dropped");
   // Truth: constants and drifts, and nothing else.
   EXPECT_TRUE(Row(report, "position.along.0").kept);
   EXPECT_TRUE(Row(report, "position.along.1").kept);
@@ -232,13 +271,16 @@ TEST(SelectionTest, PerPassCorrectsOnlyThePassThatIsWrong) {
   options.selection.mode = SelectionOptions::Mode::kPerPass;
   const AdjustResult result = Adjust(simulated.block, options);
   ASSERT_TRUE(result.accepted());
-  ASSERT_EQ(result.parameters.size(), 1u);
-  EXPECT_EQ(result.parameters[0].owner, pass.id);
-  EXPECT_EQ(result.parameters[0].name, "position.up.0");
-  EXPECT_NEAR(result.parameters[0].value, -6.0, 2.0);
-  EXPECT_EQ(result.selection.groups.at(0).passes, std::vector<std::string>{pass.id});
-  // Standard deviations take the choice for certain: the result says so, the common choice need
-  // not.
+  std::vector<ParameterResult> kept;
+  for (const ParameterResult& parameter : result.parameters) {
+    if (std::isnan(parameter.prior_sigma)) kept.push_back(parameter);
+  }
+  ASSERT_EQ(kept.size(), 1u);
+  EXPECT_EQ(kept[0].owner, pass.id);
+  EXPECT_EQ(kept[0].name, "position.up.0");
+  EXPECT_NEAR(kept[0].value, -6.0, 2.0);
+  // Standard deviations take the choice of what is kept for certain: the result says so, the common
+  // choice need not.
   const auto warns = testing::Contains(HasSubstr("chosen for every pass by itself"));
   EXPECT_THAT(result.warnings, warns);
   options.selection.mode = SelectionOptions::Mode::kCommon;
@@ -262,10 +304,15 @@ TEST(SelectionTest, CorrectionTablesAreTheCandidatesWithTheirPriors) {
   EXPECT_TRUE(Row(report, "position.along.0").kept);
   EXPECT_LT(Row(report, "position.along.0").posterior_prior, 0.2);
   EXPECT_THAT(Row(report, "position.up.0").reason, HasSubstr("add little to its prior"));
+  EXPECT_STREQ(Row(report, "position.up.0").verdict(), "held");
+  EXPECT_THAT(Row(report, "position.up.0").reason, HasSubstr("held by its prior"));
+  // A prior says how large an error may be: left out, it would be said to be zero.
   ASSERT_EQ(report.groups.size(), 1u);
   const auto& chosen = std::get<PositionCorrection>(report.groups[0].model);
-  EXPECT_EQ(chosen.prior_sigma_m[0], std::vector<double>{4.0});
-  EXPECT_FALSE(chosen.components[2]);
+  EXPECT_EQ(chosen.degree, 1);
+  EXPECT_EQ(chosen.components, model.components);
+  EXPECT_EQ(chosen.prior_sigma_m[0], (std::vector<double>{4.0, 4.0}));
+  EXPECT_EQ(chosen.prior_sigma_m[2], (std::vector<double>{1e-6, 1e-6}));
 }
 
 // Seeded truth: a random walk of B-spline coefficients, which no cubic polynomial follows.
@@ -337,6 +384,61 @@ TEST(SelectionTest, TheVarianceOfAProcessIsThatOfItsCoefficients) {
   EXPECT_TRUE(result.chi_square_passed);
   const AdjustResult given = Fit(block, result.selection.groups);
   EXPECT_EQ(given.final_cost, result.final_cost);
+}
+
+// Second route: the likelihood of several variances from determinants of all columns together, each
+// variance moved by itself. Seeded columns, coefficients of two sizes and of none.
+TEST(SelectionTest, VariancesOfSeveralSetsAreTheMostLikelyOnes) {
+  RandomStream random(4711, 1);
+  constexpr Eigen::Index kRows = 60, kFree = 2;
+  const std::vector<std::vector<int>> sets{{2, 3, 4, 5, 6, 7}, {8, 9, 10, 11}, {12, 13, 14}};
+  const std::vector<double> size{3.0, 0.4, 0.0};
+  const Eigen::Index columns = 15;
+  Eigen::MatrixXd a(kRows, columns);
+  for (double& value : a.reshaped()) value = random.Normal();
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(columns);
+  x.head(kFree).setConstant(5.0);
+  for (std::size_t k = 0; k < sets.size(); ++k) {
+    for (const int c : sets[k]) x[c] = size[k] * random.Normal();
+  }
+  Eigen::VectorXd y = a * x;
+  for (double& value : y) value += random.Normal();
+  QuadraticModel::Data data;
+  data.s = a.transpose() * a;
+  data.b = a.transpose() * y;
+  data.constant = y.squaredNorm();
+  data.full_diagonal = data.s.diagonal();
+  data.prior_weight = Eigen::VectorXd::Zero(columns);
+  data.log_count = Eigen::VectorXd::Constant(columns, std::log(kRows));
+  data.redundancy = static_cast<double>(kRows);
+  QuadraticModel model(data);
+  ASSERT_TRUE(model.Reset({0, 1}));
+  const std::vector<double> variance = model.MostLikelyVariances(sets);
+  ASSERT_EQ(variance.size(), sets.size());
+
+  const auto cost = [&](const std::vector<double>& q) {
+    Eigen::VectorXd weight = Eigen::VectorXd::Zero(columns);
+    double prior = 0.0;
+    for (std::size_t k = 0; k < sets.size(); ++k) {
+      for (const int c : sets[k]) weight[c] = 1.0 / q[k];
+      prior += (static_cast<double>(sets[k].size()) - 0.5) * std::log(q[k]);
+    }
+    Eigen::MatrixXd s = data.s;
+    s.diagonal() += weight;
+    const Eigen::LDLT<Eigen::MatrixXd> factor(s);
+    return (data.redundancy - kFree) * std::log(data.constant - data.b.dot(factor.solve(data.b))) +
+           factor.vectorD().array().log().sum() + prior;
+  };
+  const double least = cost(variance);
+  for (std::size_t k = 0; k < sets.size(); ++k) {
+    for (const double factor : {0.8, 0.9, 1.1, 1.25}) {
+      std::vector<double> moved = variance;
+      moved[k] *= factor;
+      EXPECT_GT(cost(moved), least) << k << " " << factor;
+    }
+  }
+  EXPECT_NEAR(std::sqrt(variance[0]), 3.0, 1.5);
+  EXPECT_LT(std::sqrt(variance[2]), 0.2);  // about the standard deviation of one coefficient
 }
 
 TEST(SelectionTest, TheModelChosenIsOneThatCanBeGiven) {

@@ -190,6 +190,59 @@ INSTANTIATE_TEST_SUITE_P(Aircraft,
                          testing::Values(Flights::kAircraft),
                          [](const auto&) { return "Aircraft"; });
 
+// Second route: the same points eliminated. Passes of two looks each on a dozen points: what the
+// points leave of the corrections is dense, so that all of them are in the border.
+TEST(FewPointsOfManyPassesTest, AreAllInTheBorderAndGiveTheSameResult) {
+  const test::KnownBlock known = ManyPasses(Flights::kAircraft);
+  AdjustmentProblem problem(known.block, Positions());
+  constexpr std::size_t kFew = 12;
+  const Looks& looks = problem.block.looks;
+  std::vector<std::uint32_t> all;
+  for (std::size_t point = 0; point < kPoints; ++point) {
+    if (point >= kFew) {
+      problem.LeaveOut(point, PointStatus::kNotSeen, "");
+    } else {
+      all.push_back(static_cast<std::uint32_t>(point));
+    }
+    for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
+      const std::size_t pass = looks.pass[i], first = pass % kFew;
+      const std::size_t second = (first + 1 + pass / kFew % (kFew - 1)) % kFew;
+      problem.look_used[i] = point == first || point == second ? 1 : 0;
+    }
+  }
+  BlockState state;
+  state.start_m = known.truth_m;
+  state.displacement_m.assign(known.truth_m.size(), {0.7, -1.3, 0.9});
+  state.corrections.setConstant(problem.layout.size(), 0.13);
+  UpdateWeights(state, &problem);
+  ReducedSystem border(problem), eliminated(problem, 0, ManyLooks::kEliminate);
+  for (ReducedSystem* system : {&border, &eliminated}) {
+    system->Form(state, {}, nullptr);
+    FactorRegular(system);
+  }
+  EXPECT_EQ(border.bordered().points, all);
+  EXPECT_TRUE(eliminated.bordered().points.empty());
+  const Eigen::VectorXd step = eliminated.Step();
+  EXPECT_LT((border.Step() - step).norm(), 1e-11 * step.norm());
+  EXPECT_NEAR(border.NewtonDecrement(), eliminated.NewtonDecrement(), 1e-10);
+  const CorrectionCovariance bordered = border.SelectedInverse();
+  const CorrectionCovariance full = eliminated.SelectedInverse();
+  const PointSweep a = SweepPoints(problem, state, &bordered, true, nullptr);
+  const PointSweep b = SweepPoints(problem, state, &full, true, nullptr);
+  for (std::size_t point = 0; point < kFew; ++point) {
+    const double size = std::abs(b.covariance_m2[point][0]);
+    for (std::size_t k = 0; k < 6; ++k) {
+      EXPECT_NEAR(a.covariance_m2[point][k], b.covariance_m2[point][k], 1e-10 * size) << point;
+    }
+    EXPECT_NEAR(a.redundancy[point], b.redundancy[point], 1e-8) << point;
+  }
+  for (std::size_t i = 0; i < problem.look_used.size(); ++i) {
+    if (problem.look_used[i] == 0) continue;
+    EXPECT_NEAR(a.quality.w[0][i], b.quality.w[0][i], 1e-5) << i;
+    EXPECT_NEAR(a.quality.w[1][i], b.quality.w[1][i], 1e-5) << i;
+  }
+}
+
 // Known error: one look of five hundred is 40 sigmas wrong.
 TEST(BorderedPointSearchTest, FindsTheWrongLookOfAPointThatHundredsOfPassesSee) {
   test::KnownBlock known = ManyPasses(Flights::kAircraft);

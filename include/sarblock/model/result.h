@@ -273,8 +273,11 @@ struct CandidateResult {
                                        ///< included, inflate a variance; infinite: singular
   double posterior_prior = kNotGiven;  ///< mean ratio of standard deviations; NaN: no prior
   bool kept = false;
-  int step = 0;  ///< in which it entered, or was dropped after it had; 0: neither
+  bool held = false;  ///< not kept, yet in the model with a prior: its own, or an estimated one
+  int step = 0;       ///< in which it entered, or was dropped after it had; 0: neither
   std::string reason;
+  /// "kept", "held" or "dropped".
+  [[nodiscard]] const char* verdict() const { return kept ? "kept" : held ? "held" : "dropped"; }
 };
 
 /// What a simplification of the model would do to the points (selection/simplify.h).
@@ -302,6 +305,8 @@ struct SelectionReport {
   int rounds = 0;                       ///< linearisations
   int steps = 0;                        ///< candidates that entered or were dropped
   bool settled = true;                  ///< the last round changed nothing
+  bool certain = false;                 ///< what is not kept is left out, not held by estimated
+                                        ///< priors: with them the solution did not converge
   [[nodiscard]] bool empty() const { return candidates.empty(); }
 };
 
