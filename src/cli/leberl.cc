@@ -361,7 +361,7 @@ ParallaxRow Answer(const Row& target, const ParallaxInput& input) {
   ParallaxRow row;
   row.point = target.Text(kTargetColumns("point"));
   row.ground_range_m = c.ground_range_m;
-  row.absolute_parallax_m = AbsoluteParallax(c);
+  row.absolute_parallax_m = AbsoluteParallax(c, input.presentation);
   if (target.Given(kHeight)) {
     row.height_m = row.exact_height_m = target.Number(kHeight);
     row.parallax_m = ParallaxFromHeight(c, row.height_m, input.presentation);
