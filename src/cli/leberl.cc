@@ -48,6 +48,16 @@ std::string LinesOf(std::string_view note) {
   return FitColumns(out);
 }
 
+template <typename Items>
+void PrintCauses(const Items& items) {
+  std::vector<std::string> causes;
+  for (const auto& item : items) causes.push_back(item.cause);
+  fmt::print("\nslips by cause\n");
+  for (const SlipCause& c : CountCauses(causes)) {
+    fmt::print("{}", FitColumns(fmt::format("{:>4}  {}\n", c.count, c.cause)));
+  }
+}
+
 int PrintTable1(bool csv, const Session& session) {
   std::vector<Table1Cell> cells = PaperTable1();
   if (session.json) {
@@ -65,7 +75,8 @@ int PrintTable1(bool csv, const Session& session) {
                       {"derivative_m", c.derivative_m},
                       {"exact_m", c.exact_m},
                       {"verdict", NameOf(c.verdict)},
-                      {"note", c.note}});
+                      {"note", c.note},
+                      {"cause", c.cause}});
     }
     fmt::print("{}\n", list.dump(2));
   } else if (csv) {
@@ -129,6 +140,7 @@ int PrintTable1(bool csv, const Session& session) {
                count[1],
                count[2],
                count[3]);
+    PrintCauses(cells);
   }
   return kAccepted;
 }
@@ -145,13 +157,16 @@ int PrintExamples(bool csv, const Session& session) {
                       {"derivative", OrNull(e.derivative)},
                       {"exact", OrNull(e.exact)},
                       {"verdict", NameOf(e.verdict)},
-                      {"note", e.note}});
+                      {"note", e.note},
+                      {"cause", e.cause}});
     }
     fmt::print("{}\n", list.dump(2));
     return kAccepted;
   }
   if (csv) fmt::print("name,unit,printed,formula,derivative,exact,verdict,note\n");
+  int slips = 0;
   for (const QuotedExample& e : examples) {
+    slips += e.verdict == PaperVerdict::kSlip ? 1 : 0;
     if (csv) {
       fmt::print("{},{},{},{},{},{},{},{}\n",
                  CsvText(e.name),
@@ -171,6 +186,10 @@ int PrintExamples(bool csv, const Session& session) {
                  NameOf(e.verdict),
                  LinesOf(e.note));
     }
+  }
+  if (!csv) {
+    fmt::print("\n{} agree, {} slips\n", examples.size() - static_cast<std::size_t>(slips), slips);
+    PrintCauses(examples);
   }
   return kAccepted;
 }

@@ -111,7 +111,30 @@ TEST_F(LeberlCommandTest, TextFitsATerminalAndTellsEveryCellOnce) {
     const bool whole = table == std::string("table1");
     EXPECT_EQ(headings.size(), whole ? 4u : 0u);
     // The line of the sums ends with "illegible" too.
-    EXPECT_EQ(cells, whole ? 73 : 17) << table;
+    EXPECT_EQ(cells, whole ? 73 : 22) << table;
+  }
+}
+
+TEST_F(LeberlCommandTest, TablesEndWithTheirSlipsByCause) {
+  for (const char* table : {"table1", "examples"}) {
+    const ProgramRun run = Leberl(table, {});
+    int slips = 0;
+    for (const json& cell : json::parse(Leberl(table, {"--json"}).out)) {
+      slips += cell["verdict"] == "slip" ? 1 : 0;
+      EXPECT_EQ(cell["cause"] != "", cell["verdict"] == "slip") << cell.dump();
+    }
+    const std::size_t heading = run.out.find("\nslips by cause\n");
+    ASSERT_NE(heading, std::string::npos) << table;
+    std::istringstream lines(run.out.substr(heading + 16));
+    int counted = 0, last = slips;
+    std::string line;
+    while (std::getline(lines, line)) {
+      const int count = std::stoi(line);
+      EXPECT_LE(count, last) << line;  // the most frequent first
+      last = count;
+      counted += count;
+    }
+    EXPECT_EQ(counted, slips) << table;
   }
 }
 
