@@ -194,45 +194,6 @@ int PrintExamples(bool csv, const Session& session) {
   return kAccepted;
 }
 
-int PrintExaggeration(const leberl::StereoConfiguration& c, const Session& session) {
-  Validate(c);
-  const leberl::ViewingGuidance view = CheckViewing(c);
-  const double from_angles =
-      leberl::ExaggerationFromAngles(view.first_look_rad, view.second_look_rad, c.arrangement);
-  const double from_base = leberl::Exaggeration(c);
-  const double camera = leberl::CameraExaggeration(std::abs(c.base_m), c.height_m);
-  if (session.json) {
-    const Json json = {
-        {"exaggeration", from_base},
-        {"exaggeration_from_angles", from_angles},
-        {"camera_exaggeration", camera},
-        {"first_look_deg", view.first_look_rad * kDegPerRad},
-        {"second_look_deg", view.second_look_rad * kDegPerRad},
-        {"intersection_deg", view.intersection_rad * kDegPerRad},
-        {"looks_within_37_and_67_deg", view.looks_within_37_and_67_deg},
-        {"looks_not_below_40_deg", view.looks_not_below_40_deg},
-        {"intersection_within_12_and_15_deg", view.intersection_within_12_and_15_deg}};
-    fmt::print("{}\n", json.dump(2));
-    return kAccepted;
-  }
-  const auto kept = [](bool yes) { return yes ? "kept" : "not kept"; };
-  fmt::print("vertical exaggeration          {:.4f}   (Eq. 11; Eq. 10 gives {:.4f})\n",
-             from_base,
-             from_angles);
-  fmt::print("of a camera with this base     {:.4f}   (Eq. 9)\n", camera);
-  fmt::print("look angles {:.3f} and {:.3f} deg, intersection angle {:.3f} deg\n",
-             view.first_look_rad * kDegPerRad,
-             view.second_look_rad * kDegPerRad,
-             view.intersection_rad * kDegPerRad);
-  fmt::print(
-      "best viewing: look angles of 37 to 67 deg {}, not below 40 deg {};\n"
-      "    intersection angle of 12 to 15 deg {}\n",
-      kept(view.looks_within_37_and_67_deg),
-      kept(view.looks_not_below_40_deg),
-      kept(view.intersection_within_12_and_15_deg));
-  return kAccepted;
-}
-
 struct SquintPair {
   double height_m = 0.0, ground_range_m = 0.0, first_deg = 0.0, second_deg = 0.0;
 };
@@ -312,14 +273,9 @@ void AddLeberl(CLI::App* app, Session* session) {
 
   AddLeberlErrors(leberl, session);
 
-  const auto configuration = std::make_shared<leberl::StereoConfiguration>();
-  CLI::App* exaggeration = leberl->add_subcommand(
-      "exaggeration", "Vertical exaggeration (Eq. 9-11) and the viewing guidance");
-  AddConfiguration(exaggeration, GroundRange::kRequired, configuration.get());
-  exaggeration->callback([session, configuration] {
-    session->run = [session, configuration] { return PrintExaggeration(*configuration, *session); };
-  });
-
+  AddLeberlDifferences(leberl, session);
+  AddLeberlExaggeration(leberl, session);
+  AddLeberlFigures(leberl, session);
   AddLeberlParallax(leberl, session);
   AddLeberlValidity(leberl, session);
 
