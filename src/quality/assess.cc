@@ -178,7 +178,7 @@ double AzimuthSigma_m(const Block& block, std::uint64_t look, const Eigen::Vecto
   if (block.MeasuresDoppler(look)) return block.ApproximateAzimuthSigma_m(look, speed_mps);
   const TimeRates rates = LookTimeRates(
       p_m, motion->position_m, motion->velocity_mps, motion->acceleration_mps2, block.ConeOf(look));
-  return sigma.azimuth * std::abs(rates.doppler_mps);
+  return sigma.azimuth * rates.along_mps;
 }
 
 QualitySummary SummariseQuality(const Block& block,

@@ -92,6 +92,32 @@ TEST(PaperFiguresTest, TwoHeightsIntersectByTheirHeightsAlone) {
   EXPECT_EQ(row.base_m.value(), 0.0);
 }
 
+// A squinted look of a straight flight measures x = v t + r sin(tau) and the distance from the line
+// r cos(tau): dense normal equations of both looks' pairs, correlated by r.
+TEST(PaperFiguresTest, ConvergentLooksMeasureAlongAndDistanceTogether) {
+  const double y = kOptions.ground.ground_range_m, height = kOptions.ground.height_m;
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  for (const auto& [across, squint_deg] :
+       {std::pair{y, 20.0}, std::pair{y - kOptions.ground.base_m, -20.0}}) {
+    const double sine = std::sin(squint_deg * kRadPerDeg),
+                 cosine = std::cos(squint_deg * kRadPerDeg);
+    const double range_m2 = std::pow(kOptions.sigma_range_m, 2);
+    Eigen::Matrix2d covariance_m2;
+    covariance_m2 << std::pow(kOptions.sigma_azimuth_m, 2) + sine * sine * range_m2,
+        sine * cosine * range_m2, sine * cosine * range_m2, cosine * cosine * range_m2;
+    Eigen::Matrix<double, 2, 3> jacobian;
+    const double distance = std::hypot(across, height);
+    jacobian << 1.0, 0.0, 0.0, 0.0, across / distance, -height / distance;
+    normal += jacobian.transpose() * covariance_m2.ldlt().solve(jacobian);
+  }
+  const Eigen::Matrix3d covariance = normal.ldlt().solve(Eigen::Matrix3d::Identity());
+  const FigureRow row = Find(PaperFigures(kOptions), "convergent");
+  ASSERT_TRUE(row.sigmas.has_value());
+  EXPECT_NEAR(row.sigmas->along_m, std::sqrt(covariance(0, 0)), 1e-9);
+  EXPECT_NEAR(row.sigmas->across_m, std::sqrt(covariance(1, 1)), 1e-9);
+  EXPECT_NEAR(row.sigmas->up_m, std::sqrt(covariance(2, 2)), 1e-9);
+}
+
 TEST(PaperFiguresTest, OneStraightFlightIsNoStereo) {
   const FigureRow row = Find(PaperFigures(kOptions), "single flight");
   EXPECT_EQ(row.outcome, IntersectionOutcome::kCirclesCoincide);
