@@ -123,6 +123,17 @@ bool LacksOffsets(const Block& block) {
   return block.looks.size() == 0 && block.looks.offsets.size() != block.points.size() + 1;
 }
 
+/// Takes away what compares with measured values: a prediction is of the geometry and the weights,
+/// whether or not the block has been measured. Counts of tests are made before.
+void ForgetMeasurements(AdjustResult* result) {
+  for (std::vector<float>& w : result->quality.w)
+    std::fill(w.begin(), w.end(), static_cast<float>(kNotGiven));
+  for (ControlQuality& control : result->control_quality) control.w = kNotGiven;
+  for (PassShare& share : result->assessment.shares) {
+    share.square_sum = share.prior_square_sum = kNotGiven;
+  }
+}
+
 Block WithoutLooks(Block block) {
   block.looks = {};
   block.looks.offsets.assign(block.points.size() + 1, 0);
@@ -219,6 +230,7 @@ AdjustResult Predict(const Block& block,
   FillCovariance(problem, state, *system, datum, options, pairs, progress, &result);
   FinishResult(problem, state, options, {}, defects, &result);
   Assess(filled, options, &result);
+  ForgetMeasurements(&result);
   // The looks of the result are those of the block as it was handed over.
   if (block.looks.size() != filled.looks.size()) result.looks = {};
   DescribePaths(block, filled, options, &result);

@@ -48,6 +48,16 @@ std::string LinesOf(std::string_view note) {
   return FitColumns(out);
 }
 
+template <typename Items>
+void PrintCauses(const Items& items) {
+  std::vector<std::string> causes;
+  for (const auto& item : items) causes.push_back(item.cause);
+  fmt::print("\nslips by cause\n");
+  for (const SlipCause& c : CountCauses(causes)) {
+    fmt::print("{}", FitColumns(fmt::format("{:>4}  {}\n", c.count, c.cause)));
+  }
+}
+
 int PrintTable1(bool csv, const Session& session) {
   std::vector<Table1Cell> cells = PaperTable1();
   if (session.json) {
@@ -65,7 +75,8 @@ int PrintTable1(bool csv, const Session& session) {
                       {"derivative_m", c.derivative_m},
                       {"exact_m", c.exact_m},
                       {"verdict", NameOf(c.verdict)},
-                      {"note", c.note}});
+                      {"note", c.note},
+                      {"cause", c.cause}});
     }
     fmt::print("{}\n", list.dump(2));
   } else if (csv) {
@@ -129,6 +140,7 @@ int PrintTable1(bool csv, const Session& session) {
                count[1],
                count[2],
                count[3]);
+    PrintCauses(cells);
   }
   return kAccepted;
 }
@@ -145,13 +157,16 @@ int PrintExamples(bool csv, const Session& session) {
                       {"derivative", OrNull(e.derivative)},
                       {"exact", OrNull(e.exact)},
                       {"verdict", NameOf(e.verdict)},
-                      {"note", e.note}});
+                      {"note", e.note},
+                      {"cause", e.cause}});
     }
     fmt::print("{}\n", list.dump(2));
     return kAccepted;
   }
   if (csv) fmt::print("name,unit,printed,formula,derivative,exact,verdict,note\n");
+  int slips = 0;
   for (const QuotedExample& e : examples) {
+    slips += e.verdict == PaperVerdict::kSlip ? 1 : 0;
     if (csv) {
       fmt::print("{},{},{},{},{},{},{},{}\n",
                  CsvText(e.name),
@@ -172,45 +187,10 @@ int PrintExamples(bool csv, const Session& session) {
                  LinesOf(e.note));
     }
   }
-  return kAccepted;
-}
-
-int PrintExaggeration(const leberl::StereoConfiguration& c, const Session& session) {
-  Validate(c);
-  const leberl::ViewingGuidance view = CheckViewing(c);
-  const double from_angles =
-      leberl::ExaggerationFromAngles(view.first_look_rad, view.second_look_rad, c.arrangement);
-  const double from_base = leberl::Exaggeration(c);
-  const double camera = leberl::CameraExaggeration(std::abs(c.base_m), c.height_m);
-  if (session.json) {
-    const Json json = {
-        {"exaggeration", from_base},
-        {"exaggeration_from_angles", from_angles},
-        {"camera_exaggeration", camera},
-        {"first_look_deg", view.first_look_rad * kDegPerRad},
-        {"second_look_deg", view.second_look_rad * kDegPerRad},
-        {"intersection_deg", view.intersection_rad * kDegPerRad},
-        {"looks_within_37_and_67_deg", view.looks_within_37_and_67_deg},
-        {"looks_not_below_40_deg", view.looks_not_below_40_deg},
-        {"intersection_within_12_and_15_deg", view.intersection_within_12_and_15_deg}};
-    fmt::print("{}\n", json.dump(2));
-    return kAccepted;
+  if (!csv) {
+    fmt::print("\n{} agree, {} slips\n", examples.size() - static_cast<std::size_t>(slips), slips);
+    PrintCauses(examples);
   }
-  const auto kept = [](bool yes) { return yes ? "kept" : "not kept"; };
-  fmt::print("vertical exaggeration          {:.4f}   (Eq. 11; Eq. 10 gives {:.4f})\n",
-             from_base,
-             from_angles);
-  fmt::print("of a camera with this base     {:.4f}   (Eq. 9)\n", camera);
-  fmt::print("look angles {:.3f} and {:.3f} deg, intersection angle {:.3f} deg\n",
-             view.first_look_rad * kDegPerRad,
-             view.second_look_rad * kDegPerRad,
-             view.intersection_rad * kDegPerRad);
-  fmt::print(
-      "best viewing: look angles of 37 to 67 deg {}, not below 40 deg {};\n"
-      "    intersection angle of 12 to 15 deg {}\n",
-      kept(view.looks_within_37_and_67_deg),
-      kept(view.looks_not_below_40_deg),
-      kept(view.intersection_within_12_and_15_deg));
   return kAccepted;
 }
 
@@ -293,14 +273,9 @@ void AddLeberl(CLI::App* app, Session* session) {
 
   AddLeberlErrors(leberl, session);
 
-  const auto configuration = std::make_shared<leberl::StereoConfiguration>();
-  CLI::App* exaggeration = leberl->add_subcommand(
-      "exaggeration", "Vertical exaggeration (Eq. 9-11) and the viewing guidance");
-  AddConfiguration(exaggeration, GroundRange::kRequired, configuration.get());
-  exaggeration->callback([session, configuration] {
-    session->run = [session, configuration] { return PrintExaggeration(*configuration, *session); };
-  });
-
+  AddLeberlDifferences(leberl, session);
+  AddLeberlExaggeration(leberl, session);
+  AddLeberlFigures(leberl, session);
   AddLeberlParallax(leberl, session);
   AddLeberlValidity(leberl, session);
 
@@ -361,7 +336,7 @@ ParallaxRow Answer(const Row& target, const ParallaxInput& input) {
   ParallaxRow row;
   row.point = target.Text(kTargetColumns("point"));
   row.ground_range_m = c.ground_range_m;
-  row.absolute_parallax_m = AbsoluteParallax(c);
+  row.absolute_parallax_m = AbsoluteParallax(c, input.presentation);
   if (target.Given(kHeight)) {
     row.height_m = row.exact_height_m = target.Number(kHeight);
     row.parallax_m = ParallaxFromHeight(c, row.height_m, input.presentation);

@@ -18,6 +18,9 @@ void AddLeberl(CLI::App* app, Session* session);
 
 /// Its subcommands; each sets session->run when chosen.
 void AddLeberlErrors(CLI::App* leberl, Session* session);
+void AddLeberlDifferences(CLI::App* leberl, Session* session);
+void AddLeberlExaggeration(CLI::App* leberl, Session* session);
+void AddLeberlFigures(CLI::App* leberl, Session* session);
 void AddLeberlParallax(CLI::App* leberl, Session* session);
 void AddLeberlValidity(CLI::App* leberl, Session* session);
 

@@ -11,8 +11,10 @@
 #include "sarblock/simulate/simulate.h"
 #include "sarblock/tables/output.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <exception>
 #include <filesystem>
 #include <limits>
 #include <memory>
@@ -267,20 +269,57 @@ nlohmann::json NeedsJson(const ResourceNeeds& needs) {
           {"factor_operations", needs.factor_operations}};
 }
 
+/// Whether no look has a measured time or range: what `predict` takes and nothing else does.
+bool IsPlan(const Block& block) {
+  const auto given = [](double value) { return std::isfinite(value); };
+  return std::none_of(block.looks.time_s.begin(), block.looks.time_s.end(), given) &&
+         std::none_of(block.looks.range_m.begin(), block.looks.range_m.end(), given);
+}
+
+/// Reads a block of measured looks, else a plan. Of what is neither the measured block's fault is
+/// thrown.
+BlockFile ReadBlockOrPlan(const std::string& path, ReadOptions read) {
+  std::exception_ptr fault;
+  try {
+    return ReadBlock(path, read);
+  } catch (const InputError&) {
+    fault = std::current_exception();
+  }
+  read.measurements = Measurements::kOptional;
+  try {
+    BlockFile plan = ReadBlock(path, read);
+    if (IsPlan(plan.block)) return plan;
+  } catch (const InputError&) {  // the first fault is the one to name
+  }
+  std::rethrow_exception(fault);
+}
+
+/// The looks that `predict` would take for a plan.
+Block WithPlannedLooks(const Block& plan, const std::string& path) {
+  std::vector<Eigen::Vector3d> positions_m = ReadTruth(path, plan).points_m;
+  positions_m.resize(plan.points.size(), Eigen::Vector3d::Constant(kNotGiven));
+  for (std::size_t i = 0; i < positions_m.size(); ++i) {
+    if (!positions_m[i].allFinite()) positions_m[i] = plan.points.given_m[i];
+  }
+  return FillMeasurements(plan, positions_m);
+}
+
 int RunCheck(const CheckArguments& arguments, const Session& session) {
   std::optional<ScratchScope> scratch;
   if (!arguments.scratch.empty()) scratch.emplace(arguments.scratch);
   ReadOptions read;
   read.set_overrides = session.set;
   read.progress = session.progress.get();
-  BlockFile file = ReadBlock(arguments.block, read);
+  BlockFile file = ReadBlockOrPlan(arguments.block, read);
   const std::size_t left_out = ReadNamedFiles(arguments, &file);
+  const bool plan = IsPlan(file.block);
   if (session.dump_config) {
     fmt::print("{}", DumpAdjustTable(file.adjust));
     return kAccepted;
   }
   file.adjust.threads = session.Threads();
   file.adjust.memory_mib = arguments.memory_mib;
+  if (plan) file.block = WithPlannedLooks(file.block, arguments.block);
   const BlockCheck check = Naming(
       arguments.block, [&] { return CheckBlock(file.block, file.adjust, session.progress.get()); });
   std::vector<std::string> warnings = file.warnings;
@@ -296,6 +335,7 @@ int RunCheck(const CheckArguments& arguments, const Session& session) {
                                     {"control", roles[1]},
                                     {"check", roles[2]},
                                     {"looks", file.block.looks.size()},
+                                    {"plan", plan},
                                     {"left_out_by_rejections", left_out},
                                     {"corrections", check.corrections},
                                     {"needs", NeedsJson(check.needs)},
@@ -305,6 +345,7 @@ int RunCheck(const CheckArguments& arguments, const Session& session) {
   }
   std::string text =
       fmt::format("{}  corrections {}\n", DescribeBlock(file.block), check.corrections);
+  if (plan) text += "  a plan: no look is measured, those that predict would take are counted\n";
   if (left_out > 0) {
     text += fmt::format("  looks left out by {}: {}\n", file.adjust.rejections_file, left_out);
   }

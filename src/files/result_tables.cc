@@ -311,8 +311,9 @@ void WriteStripTable(TableSink* sink, const ResultView& view) {
 
 namespace {
 
-// e_d as a time over the line interval. The nominal path serves: a correction of 10 m changes the
-// rate by a hundred-thousandth.
+// The residual as a time over the line interval; of a measured Doppler how far the cone passes
+// beside the point. The nominal path serves: a correction of 10 m changes the rates by a
+// hundred-thousandth.
 double LineResidual(const Block& block,
                     std::size_t look,
                     const Eigen::Vector3d& p_m,
@@ -320,8 +321,10 @@ double LineResidual(const Block& block,
   const Pass& pass = block.passes[block.looks.pass[look]];
   const auto motion = pass.path.At(block.looks.time_s[look]);
   if (!motion) return kNotGiven;
-  const double rate_mps = EvaluateCone(*motion, p_m, block.ConeOf(look)).rate_mps;
-  return azimuth_residual_m / -rate_mps / pass.image->line_interval_s;
+  const TimeRates rates = LookTimeRates(
+      p_m, motion->position_m, motion->velocity_mps, motion->acceleration_mps2, block.ConeOf(look));
+  const double metre_s = 1.0 / (block.MeasuresDoppler(look) ? -rates.doppler_mps : rates.along_mps);
+  return azimuth_residual_m * metre_s / pass.image->line_interval_s;
 }
 
 /// Where a look of a pass with an image was measured in it, and its residuals as steps of the

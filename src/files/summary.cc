@@ -359,27 +359,30 @@ Json SharesJson(const std::vector<PassShare>& all) {
 Json QualityJson(const Block& block, const AdjustOptions& options, const AdjustResult& result) {
   const QualitySummary& summary = result.assessment.tests;
   const ReliabilityFigures& figures = summary.figures;
-  return {{"alpha", options.quality.alpha},
-          {"power", options.quality.power},
-          {"family_wise", NameOfChoice("quality.family_wise", options)},
-          {"test", NameOfChoice("quality.test", options)},
-          {"tests", figures.tests},
-          {"alpha_one", figures.alpha_one},
-          {"alpha_all", figures.alpha_all},
-          {"critical_w", figures.critical_w},
-          {"critical_tau", figures.critical_tau},
-          {"delta0", figures.delta0},
-          {"median_redundancy",
-           {{"range", summary.median_redundancy[0]}, {"azimuth", summary.median_redundancy[1]}}},
-          {"above_critical",
-           {{"range", summary.looks_above[0]},
-            {"azimuth", summary.looks_above[1]},
-            {"control", summary.control_above}}},
-          {"expected_above", summary.expected_above()},
-          {"looks_not_localisable", summary.looks_not_localisable},
-          {"worst", WorstJson(block, summary)},
-          {"priors", PriorsJson(result)},
-          {"passes", SharesJson(result.assessment.shares)}};
+  Json json = {
+      {"alpha", options.quality.alpha},
+      {"power", options.quality.power},
+      {"family_wise", NameOfChoice("quality.family_wise", options)},
+      {"test", NameOfChoice("quality.test", options)},
+      {"tests", figures.tests},
+      {"alpha_one", figures.alpha_one},
+      {"alpha_all", figures.alpha_all},
+      {"critical_w", figures.critical_w},
+      {"critical_tau", figures.critical_tau},
+      {"delta0", figures.delta0},
+      {"median_redundancy",
+       {{"range", summary.median_redundancy[0]}, {"azimuth", summary.median_redundancy[1]}}},
+      {"above_critical",
+       {{"range", summary.looks_above[0]},
+        {"azimuth", summary.looks_above[1]},
+        {"control", summary.control_above}}},
+      {"expected_above", summary.expected_above()},
+      {"looks_not_localisable", summary.looks_not_localisable},
+      {"worst", WorstJson(block, summary)},
+      {"priors", PriorsJson(result)},
+      {"passes", SharesJson(result.assessment.shares)}};
+  if (result.status == AdjustStatus::kPredicted) json.erase("above_critical");
+  return json;
 }
 
 Json SnoopingJson(const Block& block, const SnoopingReport& report) {

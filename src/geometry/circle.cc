@@ -18,21 +18,16 @@ constexpr double kSameWithinSigmas = 5.0;
 constexpr double kConcentricPart = 1e-12;
 constexpr std::size_t kMaxCirclesPaired = 8;
 
-// Standard deviation of a circle's place along its axis by the azimuth error. An error in metres at
-// the target is one of e_d, which moves by cos^2(tau) with the antenna and as much as the circle
-// with the Doppler.
-double AzimuthSigma_m(const FixedPathLook& observation, const Circle& circle) {
-  if (observation.exact_time) return observation.azimuth_sigma;
-  if (observation.azimuth_in_seconds) {
-    return observation.azimuth_sigma * observation.velocity_mps.norm();
-  }
-  const double cos_tau = circle.radius_m / circle.range_m;
-  return observation.azimuth_sigma / (cos_tau * cos_tau);
+// Standard deviation of a circle's place along its axis by the azimuth error.
+double AzimuthSigma_m(const FixedPathLook& observation) {
+  return observation.azimuth_in_seconds && !observation.exact_time
+             ? observation.azimuth_sigma * observation.velocity_mps.norm()
+             : observation.azimuth_sigma;
 }
 
 // Variance of a circle's centre along its axis: the azimuth error and the range error's share.
 double AlongVariance_m2(const FixedPathLook& observation, const Circle& circle) {
-  const double azimuth_sigma_m = AzimuthSigma_m(observation, circle);
+  const double azimuth_sigma_m = AzimuthSigma_m(observation);
   const double range_share_m = observation.range_sigma_m * circle.along_m / circle.range_m;
   return azimuth_sigma_m * azimuth_sigma_m + range_share_m * range_share_m;
 }
@@ -78,7 +73,7 @@ CutEquation BestCut(const Circle& first,
   plane.direction = second.axis * first.radius_m;
   plane.amplitude_m = first.axis.cross(plane.direction).norm();
   plane.constant_m = second.along_m - second.axis.dot(offset_m);
-  Score(first, AzimuthSigma_m(second_observation, second), &plane);
+  Score(first, AzimuthSigma_m(second_observation), &plane);
   return plane.score > sphere.score ? plane : sphere;
 }
 

@@ -31,7 +31,7 @@ TimeRates LookTimeRates(const Eigen::Vector3d& p_m,
   const double rho_rate = -v_mps.dot(d) / rho;
   const double doppler_rate =
       u_rate.dot(d) - speed - rho_rate * tau.value - rho * tau.dsin_dspeed * speed_rate;
-  return {rho_rate, doppler_rate};
+  return {rho_rate, doppler_rate, -(doppler_rate + rho_rate * tau.value)};
 }
 
 Whitening WhitenTime(double range_sigma_m, double time_sigma_s, const TimeRates& rates) {
@@ -49,7 +49,7 @@ Whitening WhitenTime(double range_sigma_m, double time_sigma_s, const TimeRates&
 }
 
 Whitening WhitenAzimuth(double range_sigma_m, double azimuth_sigma_m, const TimeRates& rates) {
-  return WhitenTime(range_sigma_m, azimuth_sigma_m / std::abs(rates.doppler_mps), rates);
+  return WhitenTime(range_sigma_m, azimuth_sigma_m / rates.along_mps, rates);
 }
 
 Whitening WhitenDoppler(double range_sigma_m, double azimuth_sigma_m) {

@@ -51,13 +51,21 @@ double SecondSlantRange(const StereoConfiguration& c) {
 }
 
 ViewingGuidance CheckViewing(const StereoConfiguration& c) {
+  return CheckViewing(std::abs(FirstLookAngle(c)), std::abs(SecondLookAngle(c)), c.arrangement);
+}
+
+ViewingGuidance CheckViewing(double first_look_rad,
+                             double second_look_rad,
+                             Arrangement arrangement) {
   const auto within = [](double angle_rad, double lower_deg, double upper_deg) {
     return angle_rad >= lower_deg * kRadPerDeg && angle_rad <= upper_deg * kRadPerDeg;
   };
   ViewingGuidance guidance;
-  guidance.first_look_rad = std::abs(FirstLookAngle(c));
-  guidance.second_look_rad = std::abs(SecondLookAngle(c));
-  guidance.intersection_rad = IntersectionAngle(c);
+  guidance.first_look_rad = first_look_rad;
+  guidance.second_look_rad = second_look_rad;
+  guidance.intersection_rad = arrangement == Arrangement::kSameSide
+                                  ? std::abs(first_look_rad - second_look_rad)
+                                  : first_look_rad + second_look_rad;
   guidance.looks_within_37_and_67_deg =
       within(guidance.first_look_rad, 37.0, 67.0) && within(guidance.second_look_rad, 37.0, 67.0);
   guidance.looks_not_below_40_deg =
@@ -93,24 +101,69 @@ double HeightFromParallax(const StereoConfiguration& c,
   return parallax_m / Factor(c, presentation);
 }
 
-double AbsoluteParallax(const StereoConfiguration& c) {
+double AbsoluteParallax(const StereoConfiguration& c, Presentation presentation) {
+  if (presentation == Presentation::kGroundRange) return c.base_m;
   // (r'^2 - r''^2) / (r' + r''): no cancellation for a short base
   return c.base_m * (2.0 * c.ground_range_m - c.base_m) /
          (FirstSlantRange(c) + SecondSlantRange(c));
 }
 
-double CameraExaggeration(double base_m, double height_m) { return 5.0 * base_m / height_m; }
+double CameraExaggeration(double base_m, double height_m) {
+  return kViewingRatio * base_m / height_m;
+}
+
+double EquivalentBase(double exaggeration, double height_m) {
+  return exaggeration * height_m / kViewingRatio;
+}
 
 double ExaggerationFromAngles(double first_look_rad,
                               double second_look_rad,
                               Arrangement arrangement) {
   const double first = 1.0 / std::tan(first_look_rad);
   const double second = 1.0 / std::tan(second_look_rad);
-  return 5.0 * std::abs(arrangement == Arrangement::kSameSide ? first - second : first + second);
+  return kViewingRatio *
+         std::abs(arrangement == Arrangement::kSameSide ? first - second : first + second);
 }
 
 double Exaggeration(const StereoConfiguration& c) {
-  return 5.0 * std::abs(c.height_m * c.base_m / (c.ground_range_m * (c.ground_range_m - c.base_m)));
+  return kViewingRatio *
+         std::abs(c.height_m * c.base_m / (c.ground_range_m * (c.ground_range_m - c.base_m)));
+}
+
+namespace {
+
+/// Half the angle at which the eyes meet at the viewed images.
+const double kHalfConvergence_rad = std::atan(0.5 / kViewingRatio);
+
+}  // namespace
+
+void Validate(const StereoViewing& viewing) {
+  const auto require = [](const char* name, double value, bool allowed, const char* bound) {
+    if (!(std::isfinite(value) && allowed)) {
+      throw InputError(name, std::to_string(value) + " is given, " + bound + " is allowed");
+    }
+  };
+  require("scale", viewing.scale, viewing.scale > 0.0, "> 0");
+  require("eye_base_m", viewing.eye_base_m, viewing.eye_base_m > 0.0, "> 0");
+  require("acuity_rad", viewing.acuity_rad, viewing.acuity_rad > 0.0, "> 0");
+  require("fusion_rad",
+          viewing.fusion_rad,
+          viewing.fusion_rad > viewing.acuity_rad && viewing.fusion_rad < 0.2,
+          "more than the acuity and less than 0.2 rad");
+}
+
+double RetinalDisparity(double exaggeration, double height_m, const StereoViewing& viewing) {
+  const double distance_m = kViewingRatio * viewing.eye_base_m;
+  const double nearer_m = exaggeration * height_m / viewing.scale;
+  return 2.0 *
+         (std::atan(0.5 * viewing.eye_base_m / (distance_m - nearer_m)) - kHalfConvergence_rad);
+}
+
+double HeightOfDisparity(double exaggeration, double disparity_rad, const StereoViewing& viewing) {
+  const double distance_m = kViewingRatio * viewing.eye_base_m;
+  const double nearer_m =
+      distance_m - 0.5 * viewing.eye_base_m / std::tan(kHalfConvergence_rad + 0.5 * disparity_rad);
+  return nearer_m * viewing.scale / exaggeration;
 }
 
 double AcrossErrorOfSecondAcross(const StereoConfiguration& c, double dy0_second_m) {
@@ -125,12 +178,21 @@ double AlongError(const StereoConfiguration& c, const StereoErrors& errors, Sign
   return 0.5 * (first.dx0_m + second.dx0_m + (signs == Signs::kPrinted ? yaw_m : -yaw_m) + pitch_m);
 }
 
+namespace {
+
+/// dr r of a station, with a scale error in dr.
+double RangeMoment(const StationErrors& e, double range_m) {
+  return (e.dr_m + e.range_scale * range_m) * range_m;
+}
+
+}  // namespace
+
 double AcrossError(const StereoConfiguration& c, const StereoErrors& errors) {
   const auto& [first, second] = errors;
   const double y_m = c.ground_range_m;
   return (first.dy0_m * y_m - second.dy0_m * (y_m - c.base_m) -
-          (first.dz0_m - second.dz0_m) * c.height_m + first.dr_m * FirstSlantRange(c) -
-          second.dr_m * SecondSlantRange(c)) /
+          (first.dz0_m - second.dz0_m) * c.height_m + RangeMoment(first, FirstSlantRange(c)) -
+          RangeMoment(second, SecondSlantRange(c))) /
          c.base_m;
 }
 
@@ -140,7 +202,8 @@ double HeightError(const StereoConfiguration& c, const StereoErrors& errors) {
   const double back_m = y_m - c.base_m;
   return ((first.dy0_m - second.dy0_m) * y_m * back_m / c.height_m - first.dz0_m * back_m +
           second.dz0_m * y_m +
-          (first.dr_m * FirstSlantRange(c) * back_m - second.dr_m * SecondSlantRange(c) * y_m) /
+          (RangeMoment(first, FirstSlantRange(c)) * back_m -
+           RangeMoment(second, SecondSlantRange(c)) * y_m) /
               c.height_m) /
          c.base_m;
 }
@@ -208,6 +271,45 @@ Warp RangeWarp(const StereoConfiguration& c,
             e2 * (y / r2 - y * r2 / (height * height))) *
            HeightSign(signs);
   return warp;
+}
+
+Warp RangeScaleWarp(const StereoConfiguration& c,
+                    double range_scale_first,
+                    double range_scale_second) {
+  const double height = c.height_m, y = c.ground_range_m, back = y - c.base_m;
+  const double e1 = range_scale_first / c.base_m, e2 = range_scale_second / c.base_m;
+  const double square1 = y * y + height * height, square2 = back * back + height * height;
+  return {.a = 2.0 * (e1 * y - e2 * back),
+          .f = -2.0 * (e1 - e2) * height,
+          .c = (e1 * (square1 + 2.0 * y * back) - e2 * (square2 + 2.0 * y * back)) / height,
+          .d = (e1 * back * (y * y - height * height) - e2 * y * (back * back - height * height)) /
+               (height * height)};
+}
+
+Difference DifferenceErrors(const StereoConfiguration& c,
+                            const StereoErrors& errors,
+                            const Difference& difference,
+                            Signs signs) {
+  const auto& [first, second] = errors;
+  const bool printed = signs == Signs::kPrinted;
+  const double first_constant_m = first.range_scale * FirstSlantRange(c);
+  const double second_constant_m = second.range_scale * SecondSlantRange(c);
+  Difference sum{};
+  const auto add = [&sum](const Difference& part) {
+    sum.dy_m += part.dy_m;
+    sum.dz_m += part.dz_m;
+  };
+  add(DifferenceErrorOfBase(c, difference, second.dy0_m - first.dy0_m, signs));
+  add(DifferenceErrorOfHeight(c, difference, second.dz0_m - first.dz0_m, signs));
+  add(RangeWarp(c,
+                first.dr_m + (printed ? first_constant_m : 0.0),
+                second.dr_m + (printed ? second_constant_m : 0.0),
+                signs)
+          .Apply(difference));
+  if (!printed) {
+    add(RangeScaleWarp(c, first.range_scale, second.range_scale).Apply(difference));
+  }
+  return sum;
 }
 
 RangeNoise NoiseOfRange(const StereoConfiguration& c, double range_sigma_m) {

@@ -119,7 +119,7 @@ void Perturb(const StationErrors& e, Station<long double>* station) {
   station->antenna[0] += static_cast<long double>(e.dx0_m);
   station->antenna[1] += static_cast<long double>(e.dy0_m);
   station->antenna[2] += static_cast<long double>(e.dz0_m);
-  station->range += static_cast<long double>(e.dr_m);
+  station->range += static_cast<long double>(e.dr_m) + e.range_scale * station->range;
   const Vector<long double> direction{1.0L, e.dydot0, e.dzdot0};
   const long double length = stereo::Norm(direction);
   for (std::size_t i = 0; i < 3; ++i) station->axis[i] = direction[i] / length;

@@ -209,7 +209,8 @@ std::array<T, 4> ErrorDirection(const Equations<T>& at_truth,
     const leberl::StationErrors& e = errors[k];
     const Vector<T> shift{constant(e.dx0_m), constant(e.dy0_m), constant(e.dz0_m)};
     const Vector<T> turn{constant(0.0), constant(e.dydot0), constant(e.dzdot0)};
-    direction[k] = -Dot(at_truth.row[k], shift) - constant(e.dr_m);
+    direction[k] = -Dot(at_truth.row[k], shift) - constant(e.dr_m) -
+                   constant(e.range_scale) * Norm(observations[k]);
     direction[k + 2] = Dot(turn, observations[k]) - Dot(at_truth.row[k + 2], shift);
   }
   return direction;

@@ -8,6 +8,8 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <map>
+#include <set>
 
 #include "rigorous.h"
 #include <fmt/core.h>
@@ -82,6 +84,13 @@ constexpr std::array<Source, 3> kSources = {
 constexpr std::array<std::array<double, 3>, 2> kSizes_m = {
     {{100.0, 10.0, 10.0}, {1000.0, 100.0, 100.0}}};
 
+/// Added to a substitution whose digits are cut: the same mistake.
+constexpr const char* kDigitsCut = ", digits cut instead of rounded";
+
+std::string WrongSignOf(const char* equation) {
+  return fmt::format("wrong sign of the Dz term in {}", equation);
+}
+
 const char* SourceName(Source source, bool is_relative) {
   switch (source) {
     case Source::kAcrossPosition:
@@ -136,8 +145,10 @@ bool OneDigitApart(std::string_view a, std::string_view printed) {
   return apart == 1;
 }
 
-/// Which substitutions reproduce the printed digits, at most three of them.
-std::string Reproductions(const Cell& cell, const std::string& printed) {
+/// Which substitutions reproduce the printed digits, at most three of them; all go to `causes`.
+std::string Reproductions(const Cell& cell,
+                          const std::string& printed,
+                          std::vector<std::string>* causes) {
   const auto list = Substitutions(cell, printed);
   std::string text;
   int found = 0;
@@ -147,11 +158,14 @@ std::string Reproductions(const Cell& cell, const std::string& printed) {
     if (nearest == nullptr || std::abs(s.value_m - number) < std::abs(nearest->value_m - number)) {
       nearest = &s;
     }
-    if (!RoundsTo(s.value_m, printed) || found == 3) continue;
+    if (!RoundsTo(s.value_m, printed)) continue;
+    causes->push_back(s.what.substr(0, s.what.find(kDigitsCut)));
+    if (found == 3) continue;
     text += fmt::format("{}{} gives {:.4g}", found++ == 0 ? "" : "; ", s.what, s.value_m);
   }
   if (found > 0) return text;
   const double formula_m = Formula(cell, Signs::kPrinted);
+  causes->emplace_back("not explained");
   const int decimals = paper::RoundingUnit(printed) < 1.0 ? 1 : 0;
   if (OneDigitApart(fmt::format("{:.{}f}", formula_m, decimals), printed)) {
     return "one misread digit explains the printed number";
@@ -172,7 +186,8 @@ std::string SignNote(const Cell& cell, double formula_m, double derivative_m) {
       derivative_m);
 }
 
-void Judge(const Cell& cell, Table1Cell* out) {
+/// Judges a cell. `causes` gets what may explain a slip, nothing for other verdicts.
+void Judge(const Cell& cell, Table1Cell* out, std::vector<std::string>* causes) {
   const std::string& printed = out->printed_text;
   const bool illegible = printed.find('?') != std::string::npos;
   const bool follows = RoundsTo(out->formula_m, printed);
@@ -189,14 +204,40 @@ void Judge(const Cell& cell, Table1Cell* out) {
     out->note = fmt::format("the copy seems to read {}; ", printed.substr(0, printed.find(' ')));
   }
   if (!follows) {
-    out->note += fmt::format(
-        "{} gives {:.4g}; {}", EquationOf(cell), out->formula_m, Reproductions(cell, printed));
+    out->note += fmt::format("{} gives {:.4g}; {}",
+                             EquationOf(cell),
+                             out->formula_m,
+                             Reproductions(cell, printed, causes));
   } else if (illegible) {
     out->note += fmt::format("{} gives the same digits", EquationOf(cell));
   } else {
     out->note += fmt::format("printed digits follow {}", EquationOf(cell));
+    causes->push_back(WrongSignOf(EquationOf(cell)));
   }
   if (!same) out->note += "; " + SignNote(cell, out->formula_m, out->derivative_m);
+  if (illegible) causes->clear();
+}
+
+/// Gives each slip the cause that explains most of the slips which are left without one.
+void AssignCauses(std::vector<std::vector<std::string>> causes, std::vector<Table1Cell>* cells) {
+  while (true) {
+    std::map<std::string, int> explained;
+    for (const auto& of_cell : causes) {
+      for (const std::string& cause : std::set<std::string>(of_cell.begin(), of_cell.end())) {
+        ++explained[cause];
+      }
+    }
+    const auto most =
+        std::max_element(explained.begin(), explained.end(), [](const auto& a, const auto& b) {
+          return a.second < b.second;
+        });
+    if (most == explained.end()) return;
+    for (std::size_t i = 0; i < causes.size(); ++i) {
+      if (std::find(causes[i].begin(), causes[i].end(), most->first) == causes[i].end()) continue;
+      (*cells)[i].cause = most->first;
+      causes[i].clear();
+    }
+  }
 }
 
 }  // namespace
@@ -238,6 +279,7 @@ StereoConfiguration PaperConfiguration(std::string_view configuration, std::stri
 
 std::vector<Table1Cell> PaperTable1() {
   std::vector<Table1Cell> cells;
+  std::vector<std::vector<std::string>> causes;
   for (const PrintedRow& row : kPrinted) {
     for (std::size_t column = 0; column < 4; ++column) {
       const std::size_t which = column / 2, where = column % 2;
@@ -266,12 +308,31 @@ std::vector<Table1Cell> PaperTable1() {
         out.formula_m = Formula(cell, Signs::kPrinted) + 0.0;  // no -0 in a table
         out.derivative_m = RigorousDerivative(cell);
         out.exact_m = RigorousExact(cell);
-        Judge(cell, &out);
+        Judge(cell, &out, &causes.emplace_back());
         cells.push_back(std::move(out));
       }
     }
   }
+  AssignCauses(std::move(causes), &cells);
   return cells;
+}
+
+std::vector<SlipCause> CountCauses(const std::vector<std::string>& causes) {
+  std::vector<SlipCause> counts;
+  for (const std::string& cause : causes) {
+    if (cause.empty()) continue;
+    const auto known = std::find_if(
+        counts.begin(), counts.end(), [&](const SlipCause& c) { return c.cause == cause; });
+    if (known == counts.end()) {
+      counts.push_back({cause, 1});
+    } else {
+      ++known->count;
+    }
+  }
+  std::stable_sort(counts.begin(), counts.end(), [](const SlipCause& a, const SlipCause& b) {
+    return a.count > b.count;
+  });
+  return counts;
 }
 
 }  // namespace sarblock
@@ -482,8 +543,7 @@ std::vector<Substitution> Substitutions(const Cell& cell, std::string_view print
   const std::vector<Substitution> plain = list;
   for (const Substitution& s : plain) {
     if (s.what.find("dr' = dr''") == std::string::npos) continue;
-    list.push_back(
-        {s.what + ", digits cut instead of rounded", std::trunc(s.value_m / unit) * unit});
+    list.push_back({s.what + kDigitsCut, std::trunc(s.value_m / unit) * unit});
   }
   if (printed.find('?') != std::string_view::npos) {
     list.push_back({"a decimal point read into the number", formula_m / 10.0});
@@ -529,12 +589,15 @@ void JudgeError(const char* equation, QuotedExample* e) {
         "printed digits follow {}; its Dz term has the wrong sign: {:.4g} by the geometry",
         equation,
         derivative);
+    e->cause = WrongSignOf(equation);
   } else if (paper::RoundsTo(-e->formula, e->printed_text)) {
     e->note = fmt::format(
         "the opposite sign of {} reproduces the digits: a magnitude, or dB = dy0' - dy0''",
         equation);
+    e->cause = "the opposite sign";
   } else {
     e->note = fmt::format("{} does not give the printed digits", equation);
+    e->cause = "not explained";
   }
 }
 
@@ -589,16 +652,21 @@ void AddNoise(std::vector<QuotedExample>* list) {
   add("sigma_z", formula.sigma_z_m, rigorous.sigma_z_m);
 }
 
+constexpr const char* kNearEdge = "true at the near edge only";
+
 void AddPlain(const std::string& name,
               const char* unit,
               const char* printed,
               double formula,
               const std::string& note,
+              const char* cause_of_slip,
               std::vector<QuotedExample>* list) {
   QuotedExample e = Named(name, unit, printed);
   e.formula = formula;
-  e.verdict = paper::RoundsTo(formula, printed) ? PaperVerdict::kAgrees : PaperVerdict::kSlip;
+  const bool agrees = paper::RoundsTo(formula, printed);
+  e.verdict = agrees ? PaperVerdict::kAgrees : PaperVerdict::kSlip;
   e.note = note;
+  if (!agrees) e.cause = cause_of_slip;
   list->push_back(e);
 }
 
@@ -629,17 +697,20 @@ void AddExaggerations(std::vector<QuotedExample>* list) {
                          "printed value at a mean look angle of {:.1f} deg",
                          1e-3 * c.ground_range_m,
                          MeanLook(intersection_rad, q) * kDegPerRad),
+             "looks of another pair than Table 1's",
              list);
   }
   for (const char* position : {"near", "far"}) {
     const StereoConfiguration c = PaperConfiguration("voir", position);
     const std::string where = fmt::format("voir {}, ", position);
-    AddPlain(where + "exaggeration", "1", "0.6", leberl::Exaggeration(c), "Eq. 11", list);
+    AddPlain(
+        where + "exaggeration", "1", "0.6", leberl::Exaggeration(c), "Eq. 11", kNearEdge, list);
     AddPlain(where + "dtheta",
              "deg",
              position == std::string_view("near") ? "3.3" : "2.8",
              IntersectionAngle(c) * kDegPerRad,
              "theta' - theta''",
+             kNearEdge,
              list);
   }
   // 23 cm format, 60 percent forward overlap, 152 mm lens: Bc/H = 0.4 * 230/152
@@ -648,6 +719,7 @@ void AddExaggerations(std::vector<QuotedExample>* list) {
            "3",
            leberl::CameraExaggeration(0.4 * 230.0, 152.0),
            "Eq. 9 with 23 cm format, 60 percent overlap, 152 mm lens (not stated in the paper)",
+           "another camera",
            list);
 }
 
@@ -690,6 +762,36 @@ void AddGuidance(std::vector<QuotedExample>* list) {
       voir.intersection_within_12_and_15_deg);
 }
 
+/// What the text says of its numbers, held against Table 1's own geometry.
+void AddComparisons(std::vector<QuotedExample>* list) {
+  // An error of station '' moves the point along the circle of station ', whose slope is y/H.
+  for (const char* name : {"aircraft", "voir"}) {
+    const StereoConfiguration c = PaperConfiguration(name, "near");
+    const leberl::StereoErrors errors{.second = {.dy0_m = kBaseError_m}};
+    QuotedExample e = Named(fmt::format("{} near, dz/dy by an error of ''", name), "1", "< 1");
+    e.printed = 1.0;
+    e.formula = HeightError(c, errors) / AcrossError(c, errors);
+    const leberl::PointError derivative = StereoErrorDerivative(c, errors);
+    e.derivative = derivative.dz_m / derivative.dy_m;
+    e.verdict = e.formula < 1.0 ? PaperVerdict::kAgrees : PaperVerdict::kSlip;
+    e.note = fmt::format("dz/dy = y/H: smaller than 1 below a look angle of 45 deg, here {:.1f}",
+                         FirstLookAngle(c) * kDegPerRad);
+    if (e.verdict == PaperVerdict::kSlip) e.cause = "true of VOIR only";
+    list->push_back(e);
+  }
+  for (const char* position : {"near", "centre", "far"}) {
+    const StereoConfiguration aircraft = PaperConfiguration("aircraft", position);
+    const StereoConfiguration voir = PaperConfiguration("voir", position);
+    AddPlain(fmt::format("dz by dB, voir over aircraft, {}", position),
+             "1",
+             "10",
+             HeightErrorOfBase(voir, kBaseError_m) / HeightErrorOfBase(aircraft, kBaseError_m),
+             "Eq. 17 with the same dB",
+             kNearEdge,
+             list);
+  }
+}
+
 }  // namespace
 
 std::vector<QuotedExample> PaperExamples() {
@@ -699,6 +801,7 @@ std::vector<QuotedExample> PaperExamples() {
   AddNoise(&list);
   AddExaggerations(&list);
   AddGuidance(&list);
+  AddComparisons(&list);
   return list;
 }
 

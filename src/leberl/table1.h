@@ -37,6 +37,9 @@ struct Table1Cell {
   double exact_m = 0.0;             ///< rigorous, finite size
   PaperVerdict verdict = PaperVerdict::kSlip;
   std::string note;  ///< size of the truncation, or what reproduces the printed digits
+  /// What explains a slip: of all mistakes that reproduce its printed digits the one that explains
+  /// most slips of the table. Empty for other verdicts.
+  std::string cause;
 };
 
 /// All 72 cells of Table 1, in the order of the printed rows.
@@ -58,11 +61,20 @@ struct QuotedExample {
   std::optional<double> exact;
   PaperVerdict verdict = PaperVerdict::kSlip;
   std::string note;
+  std::string cause;  ///< of a slip
 };
 
-/// All quoted examples: errors in the model centre, noise, exaggerations, intersection angles and
-/// the viewing guidance.
+/// All quoted examples: errors in the model centre, noise, exaggerations, intersection angles, the
+/// viewing guidance, and what the text says of these numbers beside each other.
 [[nodiscard]] std::vector<QuotedExample> PaperExamples();
+
+/// A cause and how many of the slips it explains.
+struct SlipCause {
+  std::string cause;
+  int count = 0;
+};
+/// Causes of slips, each once, the most frequent first.
+[[nodiscard]] std::vector<SlipCause> CountCauses(const std::vector<std::string>& causes);
 
 }  // namespace sarblock
 

@@ -244,7 +244,7 @@ bool EvaluateMeasuredLook(const CorrectedPath& corrected,
   const double wr = weights.range_per_m, wt = weights.azimuth_per_unit;
   out->whitened_error = {wr * (range_error_m + range_rate * last_step),
                          wt * (crossing.error + last_step)};
-  out->azimuth_unit_m = -crossing.rate_m;
+  out->azimuth_unit_m = crossing.unit_m;
   out->beyond_path = beyond == Beyond::kNear;
   // Factors that turn a partial of e_d into those of the range and of the time or Doppler.
   const double of_azimuth = wt * slowness, of_range = wr * range_rate * slowness;

@@ -42,8 +42,8 @@ struct LookEvaluation {
   Eigen::Matrix<double, 2, 3> d_point;  ///< [1] and [s/m] or [Hz/m], times the weights
   /// By the look's local columns; the first column_count of each row are set.
   std::array<std::array<double, ParameterLayout::kMaxLocalColumns>, 2> row;
-  /// Metres at the target that a unit of the azimuth measurement is: |de_d/dt|, on the path without
-  /// the noise of its states, or |de_d/df|.
+  /// Metres along track at the target that a unit of the azimuth measurement is: the speed at which
+  /// the look passes over it, on the path without the noise of its states, or |de_d/df|.
   double azimuth_unit_m = 0.0;
   bool beyond_path = false;  ///< the path was continued beyond its ends
 

@@ -46,7 +46,7 @@ const std::map<std::string, Formula>& Formulas() {
       {"intersection_angle", {true, 3, 1, [](const C& c, const double*, const Words&, double* out) { out[0] = IntersectionAngle(c); }}},
       {"first_slant_range", {true, 3, 1, [](const C& c, const double*, const Words&, double* out) { out[0] = FirstSlantRange(c); }}},
       {"second_slant_range", {true, 3, 1, [](const C& c, const double*, const Words&, double* out) { out[0] = SecondSlantRange(c); }}},
-      {"absolute_parallax", {true, 3, 1, [](const C& c, const double*, const Words&, double* out) { out[0] = AbsoluteParallax(c); }}},
+      {"absolute_parallax", {true, 3, 1, [](const C& c, const double*, const Words& words, double* out) { out[0] = AbsoluteParallax(c, words.presentation); }}},
       {"exaggeration", {true, 3, 1, [](const C& c, const double*, const Words&, double* out) { out[0] = Exaggeration(c); }}},
       {"parallax_from_height", {true, 4, 1, [](const C& c, const double* in, const Words& words, double* out) { out[0] = ParallaxFromHeight(c, in[3], words.presentation); }}},
       {"height_from_parallax", {true, 4, 1, [](const C& c, const double* in, const Words& words, double* out) { out[0] = HeightFromParallax(c, in[3], words.presentation); }}},

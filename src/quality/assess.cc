@@ -178,7 +178,7 @@ double AzimuthSigma_m(const Block& block, std::uint64_t look, const Eigen::Vecto
   if (block.MeasuresDoppler(look)) return block.ApproximateAzimuthSigma_m(look, speed_mps);
   const TimeRates rates = LookTimeRates(
       p_m, motion->position_m, motion->velocity_mps, motion->acceleration_mps2, block.ConeOf(look));
-  return sigma.azimuth * std::abs(rates.doppler_mps);
+  return sigma.azimuth * rates.along_mps;
 }
 
 QualitySummary SummariseQuality(const Block& block,
@@ -197,9 +197,10 @@ QualitySummary SummariseQuality(const Block& block,
         const auto w = static_cast<double>(result.quality.w[k][i]);
         if (std::isnan(w)) continue;
         ++out.looks_tested[k];
+        if (!measured) continue;
         out.looks_above[k] += IsAbove(w, options, result, out.figures) ? 1U : 0U;
         const auto r = static_cast<double>(result.quality.redundancy[k][i]);
-        if (measured) KeepWorst({i, point, k == 1, w, r}, &out.worst);
+        KeepWorst({i, point, k == 1, w, r}, &out.worst);
       }
     }
   }
@@ -207,7 +208,8 @@ QualitySummary SummariseQuality(const Block& block,
     const ControlQuality& control = result.control_quality[i];
     if (std::isnan(control.w)) continue;
     ++out.control_tested;
-    if (measured && !(std::abs(control.w) <= std::abs(out.worst_control_w))) {
+    if (!measured) continue;
+    if (!(std::abs(control.w) <= std::abs(out.worst_control_w))) {
       out.worst_control = i;
       out.worst_control_w = control.w;
     }

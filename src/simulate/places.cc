@@ -64,16 +64,29 @@ Eigen::Vector2d Random(const Area& area, RandomStream* random) {
   return area.At(x_part, random->Uniform());
 }
 
-/// Columns and rows of `count` about square cells.
-struct Grid {
-  std::size_t columns;
-  std::size_t rows;
+/// Place of a point in a grid, row by row.
+struct GridPlace {
+  std::size_t column = 0, columns = 0;  ///< of its row
+  std::size_t row = 0, rows = 0;
 };
-Grid GridFor(std::size_t count, const Area& area) {
+
+/// Place of point i of `count` in about square cells. Rows differ by one point at most, and the
+/// longer ones are the outer ones, so that the corners are taken whatever the count.
+GridPlace PlaceInGrid(std::size_t i, std::size_t count, const Area& area) {
   const double wanted = std::sqrt(static_cast<double>(count) * area.size_m.x() / area.size_m.y());
   const double bounded = std::clamp(std::round(wanted), 1.0, static_cast<double>(count));
   const auto columns = static_cast<std::size_t>(bounded);
-  return {columns, (count + columns - 1) / columns};
+  const std::size_t rows = (count + columns - 1) / columns;
+  const std::size_t shorter_length = count / rows, longer = count % rows;
+  const std::size_t first_longer = (longer + 1) / 2;  // the rest at the other end
+  const std::size_t first = first_longer * (shorter_length + 1);
+  const std::size_t middle = first + (rows - longer) * shorter_length;
+  const auto place = [rows](std::size_t index, std::size_t first_row, std::size_t length) {
+    return GridPlace{index % length, length, first_row + index / length, rows};
+  };
+  if (i < first) return place(i, 0, shorter_length + 1);
+  if (i < middle) return place(i - first, first_longer, shorter_length);
+  return place(i - middle, rows - longer + first_longer, shorter_length + 1);
 }
 
 /// i of n from edge to edge; a single one is in the middle.
@@ -108,9 +121,8 @@ Eigen::Vector2d KnownPlace(const SceneControl& known,
     case Layout::kPerimeter:
       return PointOnPerimeter(area, static_cast<double>(i) / static_cast<double>(known.count));
     case Layout::kGrid: {
-      const Grid grid = GridFor(known.count, area);
-      return area.At(EdgeToEdge(i % grid.columns, grid.columns),
-                     EdgeToEdge(i / grid.columns, grid.rows));
+      const GridPlace place = PlaceInGrid(i, known.count, area);
+      return area.At(EdgeToEdge(place.column, place.columns), EdgeToEdge(place.row, place.rows));
     }
     case Layout::kChain: {
       const double s = EdgeToEdge(i, known.count);
@@ -161,10 +173,10 @@ PlacedPoint PointPlan::At(std::size_t index) const {
   const Area area = AreaOf(scene_.points.east_m, scene_.points.north_m, 0.0);
   Eigen::Vector2d plane_m;
   if (scene_.points.pattern == ScenePoints::Pattern::kGrid) {  // centres of cells
-    const Grid grid = GridFor(scene_.points.count, area);
+    const GridPlace place = PlaceInGrid(i, scene_.points.count, area);
     plane_m =
-        area.At((static_cast<double>(i % grid.columns) + 0.5) / static_cast<double>(grid.columns),
-                (static_cast<double>(i / grid.columns) + 0.5) / static_cast<double>(grid.rows));
+        area.At((static_cast<double>(place.column) + 0.5) / static_cast<double>(place.columns),
+                (static_cast<double>(place.row) + 0.5) / static_cast<double>(place.rows));
   } else {
     RandomStream random(scene_.seed, MixStream(kTieStream, i));
     plane_m = Random(area, &random);

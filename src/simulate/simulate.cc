@@ -231,9 +231,9 @@ void SolveLook(const Scene& scene,
   } else if (!block.looks.cone.empty()) {
     block.looks.cone[look] = simulated->squint_rad[pass];
   }
-  exact.azimuth_rate_mps[look] = std::abs(
+  exact.azimuth_rate_mps[look] =
       LookTimeRates(p_m, motion->position_m, motion->velocity_mps, motion->acceleration_mps2, cone)
-          .doppler_mps);
+          .along_mps;
 }
 
 void SolveLooks(const Scene& scene, SimulatedBlock* simulated) {

@@ -201,6 +201,7 @@ struct LookAt {
   std::array<Vec<T>, 2> d_point;
   std::array<std::vector<T>, 2> by_column;  ///< the look's local columns (look_model.h)
   T range_rate, cone_rate;  ///< by the azimuth measurement, time or Doppler, at a fixed point
+  T along_rate;             ///< of the target, along the cone axis, by a measured time
 };
 
 template <typename T>
@@ -222,7 +223,7 @@ class LookModelOf {
     const LookSigma sigma = problem_.model.SigmaOf(look);
     const T azimuth = sigma.azimuth;
     return {T(sigma.range_m),
-            sigma.azimuth_unit == AzimuthUnit::kMetres ? T(azimuth / abs(at.cone_rate)) : azimuth};
+            sigma.azimuth_unit == AzimuthUnit::kMetres ? T(azimuth / at.along_rate) : azimuth};
   }
 
  private:
@@ -514,6 +515,7 @@ LookAt<T> LookModelOf<T>::Evaluate(std::size_t look,
 
   out.range_rate = Dot(range_by_s, velocity);
   out.cone_rate = Dot(cone_by_axis, axis_rate) - Dot(cone_by_p, velocity);
+  out.along_rate = sin_tau * Dot(observation, velocity) - out.cone_rate;
   if (exact_time) {
     out.range_rate = T(0);
     out.cone_rate = T(-1) * rho * half_wavelength / speed * cos_tau / cos_given;

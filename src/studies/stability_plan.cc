@@ -283,7 +283,10 @@ Block MakeStabilityBlock(const StabilityPlan& plan) {
       RandomStream noise(plan.seed + 1, MixStream(j, i));
       double azimuth_sigma = plan.sigma.azimuth;
       if (plan.sigma.azimuth_unit == AzimuthUnit::kMetres) {
-        azimuth_sigma /= std::abs(EvaluateCone(*pass.path.At(time_s), p_m, cone).rate_mps);
+        const Motion at = *pass.path.At(time_s);
+        azimuth_sigma /=
+            LookTimeRates(p_m, at.position_m, at.velocity_mps, at.acceleration_mps2, cone)
+                .along_mps;
       }
       range_m += plan.noise * pass.sigma.range_m * noise.Normal();
       const bool exact_time = plan.sigma.azimuth_unit == AzimuthUnit::kHertz;

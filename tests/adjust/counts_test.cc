@@ -173,7 +173,10 @@ TEST(WeightsTest, TurnMetresOfAzimuthIntoSecondsAtTheTarget) {
                                         motion.velocity_mps,
                                         motion.acceleration_mps2,
                                         known.block.ConeOf(5));
-  EXPECT_NEAR(problem.weights[5].azimuth_per_unit, -rates.doppler_mps / 1.7, 1e-9);
+  EXPECT_NEAR(problem.weights[5].azimuth_per_unit, rates.along_mps / 1.7, 1e-9);
+  // A nearly straight flight: its own speed at 31 degrees of squint, of which e_d shows cos^2.
+  EXPECT_NEAR(rates.along_mps, motion.velocity_mps.norm(), 1e-3 * motion.velocity_mps.norm());
+  EXPECT_LT(-rates.doppler_mps, 0.75 * rates.along_mps);
   EXPECT_DOUBLE_EQ(problem.weights[5].range_per_m, 1.0 / 0.83);
   EXPECT_LT(UpdateWeights(state, &problem), 1e-15) << "nothing moved";
 }

@@ -108,6 +108,33 @@ TEST_P(PredictTest, TakesAllVisibleLooksWhereTheBlockHasNone) {
   for (const std::uint32_t pass : filled.looks.pass) EXPECT_NE(pass, 1U);
 }
 
+// A prediction is of the geometry and the weights: ranges that are a kilometre off show nowhere.
+TEST_P(PredictTest, HasNoTestsOfWhatWasMeasured) {
+  test::KnownBlock known = PlannedBlock(GetParam());
+  const AdjustResult clean = Predict(known.block, SomeCorrections(), known.truth_m, kPairs);
+  for (double& range_m : known.block.looks.range_m) range_m += 1e3;
+  const AdjustResult predicted = Predict(known.block, SomeCorrections(), known.truth_m, kPairs);
+  for (const AdjustResult* result : {&clean, &predicted}) {
+    for (std::size_t k = 0; k < 2; ++k) {
+      ASSERT_EQ(result->quality.w[k].size(), known.block.looks.size());
+      for (const float w : result->quality.w[k]) EXPECT_TRUE(std::isnan(w));
+      EXPECT_EQ(result->assessment.tests.looks_above[k], 0U);
+    }
+    EXPECT_FALSE(result->control_quality.empty());
+    for (const ControlQuality& control : result->control_quality) {
+      EXPECT_TRUE(std::isnan(control.w));
+      EXPECT_GT(control.redundancy, 0.0);
+    }
+    EXPECT_EQ(result->assessment.tests.control_above, 0U);
+    for (const PassShare& share : result->assessment.shares) {
+      EXPECT_TRUE(std::isnan(share.square_sum));
+      EXPECT_GT(share.redundancy, 0.0);
+    }
+  }
+  EXPECT_EQ(predicted.assessment.tests.figures.tests, clean.assessment.tests.figures.tests);
+  EXPECT_GT(predicted.assessment.tests.figures.tests, 0U);
+}
+
 INSTANTIATE_TEST_SUITE_P(AircraftAndOrbit, PredictTest, testing::Bool());
 
 TEST(PredictReportTest, LeavesOutWhatItCannotPlace) {

@@ -33,11 +33,10 @@ Sums Draw(const std::vector<FixedPathLook>& exact, const Eigen::Vector3d& p, std
     std::vector<FixedPathLook> observations = exact;
     for (FixedPathLook& observation : observations) {
       const double speed_mps = observation.velocity_mps.norm();
-      const double cos_tau = std::cos(observation.cone.squint_rad);
-      // Metres at the target move by cos^2(tau) with the antenna (docs/theory/intersection.md).
+      // Metres along track at the target are those of a straight flight.
       const double sigma_t_s = observation.azimuth_in_seconds
                                    ? observation.azimuth_sigma
-                                   : observation.azimuth_sigma / (speed_mps * cos_tau * cos_tau);
+                                   : observation.azimuth_sigma / speed_mps;
       observation.antenna_m += sigma_t_s * random.Normal() * observation.velocity_mps;
       observation.range_m += observation.range_sigma_m * random.Normal();
     }
@@ -135,10 +134,8 @@ TEST(IntersectionStatisticsTest, NeverTakesAMirrorSolutionForThePoint) {
       FixedPathLook observation = FixPath(p, view);
       observation.range_sigma_m = 2.1;
       observation.azimuth_sigma = 3.3;
-      const double cos_tau = std::cos(view.squint_rad);
       observation.range_m += 2.1 * random.Normal();
-      observation.antenna_m +=
-          3.3 / (cos_tau * cos_tau) * random.Normal() * observation.velocity_mps.normalized();
+      observation.antenna_m += 3.3 * random.Normal() * observation.velocity_mps.normalized();
       observations.push_back(observation);
     }
     const Intersection result = Intersect(observations, Frame::Local());

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/geometry/look_equations.h"
 
+#include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
 
 #include <array>
 #include <cmath>
 #include <limits>
 
+#include <Eigen/Geometry>
 #include <boost/multiprecision/cpp_bin_float.hpp>
 #include <gtest/gtest.h>
 
@@ -168,6 +170,41 @@ TEST(LookEquationsTest, TimeRatesAgreeWithFiftyDigitDifferences) {
         1e-13 * (c.v.norm() + (c.p - c.s).norm() * c.a.norm() / c.v.norm());
     EXPECT_NEAR(rates.range_mps, Slope(ahead.rho, behind.rho), tolerance_mps) << seed;
     EXPECT_NEAR(rates.doppler_mps, Slope(ahead.doppler, behind.doppler), tolerance_mps) << seed;
+  }
+}
+
+// The cone is moved on by dt, the target by w dt so that range and cone hold it still: the speed is
+// u.w. A straight flight carries its target along: w = v, at every squint.
+TEST(LookEquationsTest, ALookPassesOverItsTargetAtTheSpeedOfAStraightFlight) {
+  const Eigen::Vector3d v(171.3, 21.7, -2.9), abeam(-2130.0, 16813.0, -9000.0);
+  const Eigen::Vector3d u = v.normalized();
+  const double across_m = (abeam - u.dot(abeam) * u).norm();
+  for (int squint_deg = 0; squint_deg <= 60; squint_deg += 10) {
+    Cone cone;
+    cone.squint_rad = squint_deg * kRadPerDeg;
+    const Eigen::Vector3d s(13.1, -7.3, 9010.0);
+    const Eigen::Vector3d p =
+        s + (abeam - u.dot(abeam) * u) + across_m * std::tan(cone.squint_rad) * u;
+    const TimeRates rates = LookTimeRates(p, s, v, Eigen::Vector3d::Zero(), cone);
+    EXPECT_NEAR(rates.along_mps, v.norm(), 1e-9) << squint_deg;
+    const double cosine = std::cos(cone.squint_rad);
+    EXPECT_NEAR(rates.doppler_mps, -v.norm() * cosine * cosine, 1e-9) << squint_deg;
+  }
+}
+
+// A circular orbit turns everything about the body's centre: w = omega x p.
+TEST(LookEquationsTest, ALookPassesOverItsTargetAtTheTurnOfACircularOrbit) {
+  const Eigen::Vector3d omega(0.0, 1.07e-3, 0.0);  // flies along +x above +z
+  for (const double squint_deg : {0.0, 17.0, -33.0}) {
+    const double angle_rad = -squint_deg * kRadPerDeg * 0.2;
+    const Eigen::Vector3d s =
+        7.07e6 * Eigen::Vector3d(std::sin(angle_rad), 0.0, std::cos(angle_rad));
+    const Eigen::Vector3d p(0.0, 4.9e5, 6.35e6);
+    const Eigen::Vector3d v = omega.cross(s), a = omega.cross(omega.cross(s));
+    Cone cone;
+    cone.squint_rad = std::asin(v.normalized().dot((p - s).normalized()));
+    const TimeRates rates = LookTimeRates(p, s, v, a, cone);
+    EXPECT_NEAR(rates.along_mps, v.normalized().dot(omega.cross(p)), 1e-8) << squint_deg;
   }
 }
 

@@ -40,6 +40,8 @@ TEST(PredictLookTest, IsTheClosedFormOfAStraightFlight) {
   ASSERT_TRUE(PredictLook(at, &out));
   EXPECT_NEAR(out.delay_s, (250.0 - 5000.0 * std::tan(0.19)) / 125.0, 1e-11);
   EXPECT_NEAR(out.range_m, 5000.0 / std::cos(0.19), 1e-8);
+  EXPECT_NEAR(out.cone_rate_mps, 125.0 * std::cos(0.19) * std::cos(0.19), 1e-9);
+  EXPECT_NEAR(out.along_mps, 125.0, 1e-9);
 }
 
 // Central differences. Steps that move the look by a metre or less leave a relative error of 1e-7

@@ -35,7 +35,7 @@ TEST(WhiteningTest, IsTheInverseCholeskyFactorOfTheCovariance) {
 }
 
 TEST(WhiteningTest, IsTwoDivisionsWithoutSquint) {
-  const Whitening w = WhitenAzimuth(2.5, 0.8, {0.0, -7411.3});
+  const Whitening w = WhitenAzimuth(2.5, 0.8, {0.0, -7411.3, 7411.3});
   EXPECT_NEAR(w.w00, 0.4, 1e-16);
   EXPECT_NEAR(w.w11, 1.25, 1e-15);
   EXPECT_EQ(w.w10, 0.0);
@@ -44,9 +44,9 @@ TEST(WhiteningTest, IsTwoDivisionsWithoutSquint) {
   EXPECT_NEAR(whitened[1], -2.0, 1e-15);
 }
 
-TEST(WhiteningTest, MetresAtTheTargetAreSecondsTimesTheDopplerRate) {
-  const TimeRates rates{43.7, -151.9};
-  const Whitening metres = WhitenAzimuth(1.9, 151.9 * 0.013, rates);
+TEST(WhiteningTest, MetresAlongTrackAtTheTargetAreSecondsTimesTheSpeedOfTheLook) {
+  const TimeRates rates{43.7, -151.9, 173.2};
+  const Whitening metres = WhitenAzimuth(1.9, 173.2 * 0.013, rates);
   const Whitening seconds = WhitenTime(1.9, 0.013, rates);
   EXPECT_NEAR(metres.w00, seconds.w00, 1e-15);
   EXPECT_NEAR(metres.w10, seconds.w10, 1e-15);

@@ -80,8 +80,21 @@ TEST(ParallaxTest,
   EXPECT_NEAR(ParallaxFromHeight(kHandOpposite, h, Presentation::kSlantRange),
               h * (12.0 / 13.0 + 0.6),
               kRounding);
-  EXPECT_NEAR(AbsoluteParallax(kHand), 7.0, kRounding);  // 20 - 13
-  EXPECT_NEAR(AbsoluteParallax(kHandOpposite), 7.0, kRounding);
+  EXPECT_NEAR(AbsoluteParallax(kHand, Presentation::kSlantRange), 7.0, kRounding);  // 20 - 13
+  EXPECT_NEAR(AbsoluteParallax(kHandOpposite, Presentation::kSlantRange), 7.0, kRounding);
+}
+
+TEST(ParallaxTest, IsTheBaseEverywhereInGroundRange) {  // y - (y - B) = B
+  StereoConfiguration moved = kHand;
+  double slant_before_m = 0.0;
+  for (const double y_m : {11.3, 16.0, 41.7}) {
+    moved.ground_range_m = y_m;
+    EXPECT_EQ(AbsoluteParallax(moved, Presentation::kGroundRange), 11.0);
+    const double slant_m = AbsoluteParallax(moved, Presentation::kSlantRange);
+    EXPECT_GT(slant_m, slant_before_m + 0.1);  // a cylinder, not a plane
+    slant_before_m = slant_m;
+  }
+  EXPECT_EQ(AbsoluteParallax(kHandOpposite, Presentation::kGroundRange), 21.0);
 }
 
 TEST(ParallaxTest, ComesBackThroughItsInverse) {  // round trip
@@ -102,6 +115,48 @@ TEST(ExaggerationTest, HasTheSameValueInBothRadarForms) {  // closed form, hand:
                 1e-13);
   }
   EXPECT_DOUBLE_EQ(CameraExaggeration(3.3, 5.5), 3.0);
+  // Bc = H (12/5 - 3/4) = 12 * 1.65
+  EXPECT_NEAR(EquivalentBase(Exaggeration(kHand), 12.0), 19.8, 1e-13);
+}
+
+constexpr StereoViewing kViewing{
+    .scale = 73e3, .eye_base_m = 0.064, .acuity_rad = 1.1e-4, .fusion_rad = 0.019};
+
+// An independent route: the angle between the lines from both eyes to a point, by vectors. The eyes
+// lie at +-e/2, the model plane 5 e before them, the raised point q h/M nearer.
+TEST(RetinalDisparityTest, IsTheDifferenceOfTheAnglesAtBothEyes) {
+  const double e = kViewing.eye_base_m, q = 1.93;
+  const auto convergence = [&](double distance_m) {  // cos of the angle of (+-e/2, distance)
+    const double square = distance_m * distance_m;
+    return std::acos((square - 0.25 * e * e) / (square + 0.25 * e * e));
+  };
+  for (const double height_m : {-2100.0, 35.0, 2800.0}) {
+    const double raised_m = q * height_m / kViewing.scale;
+    EXPECT_NEAR(RetinalDisparity(q, height_m, kViewing),
+                convergence(5.0 * e - raised_m) - convergence(5.0 * e),
+                1e-13);
+    EXPECT_NEAR(
+        HeightOfDisparity(q, RetinalDisparity(q, height_m, kViewing), kViewing), height_m, 1e-8);
+  }
+  // first order: d = q h/(M e (25 + 1/4)), so twice the exaggeration shows half the height
+  const double least_m = HeightOfDisparity(q, kViewing.acuity_rad, kViewing);
+  EXPECT_NEAR(least_m, kViewing.acuity_rad * 25.25 * kViewing.scale * e / q, 1e-3 * least_m);
+  EXPECT_NEAR(HeightOfDisparity(2.0 * q, kViewing.acuity_rad, kViewing), 0.5 * least_m, 1e-12);
+}
+
+TEST(RetinalDisparityTest, RefusesLimitsOutOfOrder) {
+  EXPECT_NO_THROW(Validate(kViewing));
+  StereoViewing bad = kViewing;
+  bad.fusion_rad = 1e-4;  // below the acuity
+  EXPECT_THROW(Validate(bad), InputError);
+  bad.fusion_rad = 0.21;  // the eyes would have to turn outwards
+  EXPECT_THROW(Validate(bad), InputError);
+  for (double StereoViewing::*const member :
+       {&StereoViewing::scale, &StereoViewing::eye_base_m, &StereoViewing::acuity_rad}) {
+    bad = kViewing;
+    bad.*member = 0.0;
+    EXPECT_THROW(Validate(bad), InputError);
+  }
 }
 
 TEST(PointErrorsTest, EqualHandValuesTermByTerm) {
@@ -183,6 +238,62 @@ TEST(RangeWarpTest, EqualsHandValues) {
   const Difference of = first.Apply({.dy_m = 2.0, .dz_m = 3.0});
   EXPECT_NEAR(of.dy_m, 2.0 * first.a + 3.0 * first.f, kRounding);
   EXPECT_NEAR(of.dz_m, 2.0 * first.c + 3.0 * first.d, kRounding);
+}
+
+// Hand: one scale e in both images gives A = 2 e, F = 0, C = e (2 y - B)/H and
+// D = e (1 + y (y - B)/H^2), here e (2, 0, 21/12, 1 + 80/144).
+TEST(RangeWarpTest, OfACommonScaleEqualsHandValues) {
+  const Warp warp = RangeScaleWarp(kHand, 3e-3, 3e-3);
+  EXPECT_NEAR(warp.a, 6e-3, kRounding);
+  EXPECT_NEAR(warp.f, 0.0, kRounding);
+  EXPECT_NEAR(warp.c, 3e-3 * 21.0 / 12.0, kRounding);
+  EXPECT_NEAR(warp.d, 3e-3 * (1.0 + 80.0 / 144.0), kRounding);
+}
+
+// Differences of Eq. 14 and 15 with dr = e r, by y, and by z where H - z stands for H.
+TEST(RangeWarpTest, OfScalesIsTheSlopeOfEq14And15) {
+  constexpr double kStep_m = 1e-4;
+  for (const StereoConfiguration& c : {kHand, kHandOpposite}) {
+    for (const StereoErrors& errors :
+         {First({.range_scale = 2e-3}), Second({.range_scale = 2e-3})}) {
+      const auto slope = [&](double StereoConfiguration::*of, double sign, auto error) {
+        StereoConfiguration above = c, below = c;
+        above.*of += sign * kStep_m;
+        below.*of -= sign * kStep_m;
+        return (error(above, errors) - error(below, errors)) / (2.0 * kStep_m);
+      };
+      const Warp warp = RangeScaleWarp(c, errors.first.range_scale, errors.second.range_scale);
+      EXPECT_NEAR(warp.a, slope(&StereoConfiguration::ground_range_m, 1.0, AcrossError), 1e-9);
+      EXPECT_NEAR(warp.f, slope(&StereoConfiguration::height_m, -1.0, AcrossError), 1e-9);
+      EXPECT_NEAR(warp.c, slope(&StereoConfiguration::ground_range_m, 1.0, HeightError), 1e-9);
+      EXPECT_NEAR(warp.d, slope(&StereoConfiguration::height_m, -1.0, HeightError), 1e-9);
+    }
+  }
+}
+
+// The paper's example: aircraft, centre, dB = 100 m, Dy = Dz = 1 km; hand: -100/8 and
+// 100 (8 - 38)/80 -/+ ... = -37.5 + 26.125 = -11.375 as printed, -37.5 - 26.125 as derived.
+TEST(RelativeErrorsTest, SumToTheQuotedExample) {
+  const StereoConfiguration c{.base_m = 8e3, .height_m = 10e3, .ground_range_m = 19e3};
+  const StereoErrors errors = Second({.dy0_m = 100.0});
+  const Difference printed = DifferenceErrors(c, errors, {1e3, 1e3}, Signs::kPrinted);
+  EXPECT_NEAR(printed.dy_m, -12.5, 1e-12);
+  EXPECT_NEAR(printed.dz_m, -11.375, 1e-12);
+  EXPECT_NEAR(DifferenceErrors(c, errors, {1e3, 1e3}, Signs::kDerived).dz_m, -63.625, 1e-12);
+  // as printed a scale is the constant dr = e r of the point: here 5e-4 20 km and 5e-4 13 km
+  const StereoConfiguration kilometres{.base_m = 11e3, .height_m = 12e3, .ground_range_m = 16e3};
+  const Difference as_scale =
+      DifferenceErrors(kilometres,
+                       {.first = {.range_scale = 5e-4}, .second = {.range_scale = 5e-4}},
+                       {700.0, 300.0},
+                       Signs::kPrinted);
+  const Difference as_constant =
+      DifferenceErrors(kilometres,
+                       {.first = {.dr_m = 10.0}, .second = {.dr_m = 6.5}},
+                       {700.0, 300.0},
+                       Signs::kPrinted);
+  EXPECT_NEAR(as_scale.dy_m, as_constant.dy_m, 1e-12);
+  EXPECT_NEAR(as_scale.dz_m, as_constant.dz_m, 1e-12);
 }
 
 TEST(RangeNoiseTest, EqualsHandValues) {

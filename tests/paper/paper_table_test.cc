@@ -113,6 +113,37 @@ TEST(PaperTable1Test, CountsItsVerdicts) {  // recorded: shows change, the cells
   EXPECT_EQ(count[static_cast<int>(PaperVerdict::kIllegible)], 3);
 }
 
+// What docs/theory/leberl.md finds cell by cell: 16 relative cells by dr'', 8 d(Dy) by dH, 7
+// legible d(Dz) by dB, and three pairs.
+TEST(PaperTable1Test, ExplainsEverySlipByOneCause) {
+  std::vector<std::string> causes;
+  for (const Table1Cell& cell : PaperTable1()) {
+    EXPECT_EQ(cell.cause.empty(), cell.verdict != PaperVerdict::kSlip) << cell.note;
+    causes.push_back(cell.cause);
+    if (cell.verdict == PaperVerdict::kSlip && cell.dy_km && cell.source == "dr''") {
+      EXPECT_EQ(cell.cause, "the same range error in both images (dr' = dr'')");
+    }
+    if (cell.verdict == PaperVerdict::kSlip && cell.dy_km && cell.source == "dH") {
+      EXPECT_EQ(cell.cause, "wrong sign of the Dz term in Eq. 22");
+    }
+  }
+  std::vector<int> counts;
+  for (const SlipCause& cause : CountCauses(causes)) counts.push_back(cause.count);
+  EXPECT_EQ(counts, (std::vector<int>{16, 8, 7, 2, 2, 2}));
+  for (const QuotedExample& e : PaperExamples()) {
+    EXPECT_EQ(e.cause.empty(), e.verdict != PaperVerdict::kSlip) << e.name;
+  }
+}
+
+TEST(PaperTable1Test, CountsEachCauseOnceTheMostFrequentFirst) {
+  const auto counts = CountCauses({"a", "", "b", "b", "c", "b", "c"});
+  ASSERT_EQ(counts.size(), 3u);
+  EXPECT_EQ(counts[0].cause, "b");
+  EXPECT_EQ(counts[0].count, 3);
+  EXPECT_EQ(counts[1].cause, "c");
+  EXPECT_EQ(counts[2].count, 1);
+}
+
 TEST(PaperConfigurationTest, KnowsItsNamesOnly) {
   EXPECT_EQ(PaperConfiguration("voir", "centre").ground_range_m, 395e3);
   EXPECT_THROW((void)PaperConfiguration("seasat", "near"), InputError);
@@ -121,7 +152,7 @@ TEST(PaperConfigurationTest, KnowsItsNamesOnly) {
 
 TEST(PaperExamplesTest, JudgeEveryQuotedNumber) {
   const auto examples = PaperExamples();
-  ASSERT_EQ(examples.size(), 17u);
+  ASSERT_EQ(examples.size(), 22u);
   for (const QuotedExample& e : examples) EXPECT_FALSE(e.note.empty()) << e.name;
   const auto find = [&](const std::string& part) {
     for (const QuotedExample& e : examples) {
@@ -139,6 +170,16 @@ TEST(PaperExamplesTest, JudgeEveryQuotedNumber) {
   EXPECT_EQ(find("sigma_y").verdict, PaperVerdict::kAgrees);
   EXPECT_NEAR(find("sigma_y").derivative.value(), find("sigma_y").formula, 1e-6);
   EXPECT_EQ(find("viewing guidance, dtheta").verdict, PaperVerdict::kAgrees);
+  // hand: dz/dy = y/H = 13/10 and 365/375; 365 325/(40 375) km against 13 5/(8 10) km, and so on
+  EXPECT_NEAR(find("aircraft near, dz/dy").formula, 1.3, 1e-12);
+  EXPECT_NEAR(find("aircraft near, dz/dy").derivative.value(), 1.3, 1e-9);
+  EXPECT_NEAR(find("voir near, dz/dy").formula, 365.0 / 375.0, 1e-12);
+  EXPECT_NEAR(
+      find("voir over aircraft, near").formula, (365.0 * 325.0 / 15e3) / (65.0 / 80.0), 1e-12);
+  EXPECT_NEAR(
+      find("voir over aircraft, far").formula, (425.0 * 385.0 / 15e3) / (425.0 / 80.0), 1e-12);
+  EXPECT_EQ(find("voir over aircraft, near").verdict, PaperVerdict::kAgrees);
+  EXPECT_EQ(find("voir over aircraft, centre").verdict, PaperVerdict::kSlip);
 }
 
 }  // namespace

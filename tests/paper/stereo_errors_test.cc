@@ -51,7 +51,8 @@ StationErrors RandomErrors(RandomStream* random, double size_m, double direction
           .dz0_m = size_m * random->Normal(),
           .dr_m = size_m * random->Normal(),
           .dydot0 = direction * random->Normal(),
-          .dzdot0 = direction * random->Normal()};
+          .dzdot0 = direction * random->Normal(),
+          .range_scale = direction * random->Normal()};
 }
 
 StationErrors Scaled(const StationErrors& e, double factor) {
@@ -60,7 +61,8 @@ StationErrors Scaled(const StationErrors& e, double factor) {
           .dz0_m = factor * e.dz0_m,
           .dr_m = factor * e.dr_m,
           .dydot0 = factor * e.dydot0,
-          .dzdot0 = factor * e.dzdot0};
+          .dzdot0 = factor * e.dzdot0,
+          .range_scale = factor * e.range_scale};
 }
 
 StereoErrors Scaled(const StereoErrors& e, double factor) {
@@ -80,7 +82,8 @@ double TermScale(const StereoConfiguration& c, const StereoErrors& e) {
                                               &StationErrors::dz0_m,
                                               &StationErrors::dr_m,
                                               &StationErrors::dydot0,
-                                              &StationErrors::dzdot0}) {
+                                              &StationErrors::dzdot0,
+                                              &StationErrors::range_scale}) {
     StereoErrors first, second;
     first.first.*member = e.first.*member;
     second.second.*member = e.second.*member;
@@ -121,7 +124,8 @@ TEST_P(ArrangementTest, DerivativeEqualsEveryTermOfTheFormulasAlone) {
                                      StationErrors{.dz0_m = 1.3},
                                      StationErrors{.dr_m = 1.3},
                                      StationErrors{.dydot0 = 1.3e-5},
-                                     StationErrors{.dzdot0 = 1.3e-5}}) {
+                                     StationErrors{.dzdot0 = 1.3e-5},
+                                     StationErrors{.range_scale = 1.3e-5}}) {
       for (const StereoErrors& errors : {StereoErrors{.first = one}, StereoErrors{.second = one}}) {
         const PointError formula = leberl::PointErrors(c, errors, Signs::kDerived);
         const PointError derivative = StereoErrorDerivative(c, errors);
@@ -160,6 +164,26 @@ TEST_P(ArrangementTest, DifferenceDerivativeEqualsTheFormulasWithDerivedSigns) {
     ASSERT_NEAR(from_height.dz_m, height.dz_m, kAgreement * scale_m);
     ASSERT_NEAR(from_range.dy_m, warp.dy_m, kAgreement * scale_m);
     ASSERT_NEAR(from_range.dz_m, warp.dz_m, kAgreement * scale_m);
+  }
+}
+
+// The same of all errors together, scales of the ranges among them.
+TEST_P(ArrangementTest, DifferenceDerivativeEqualsTheSumOfAllErrors) {
+  RandomStream random(20240611, 7);
+  for (int i = 0; i < kGeometries; ++i) {
+    const StereoConfiguration c = RandomConfiguration(&random, GetParam());
+    const leberl::Difference d{1e-2 * c.height_m * random.Normal(),
+                               1e-2 * c.height_m * random.Normal()};
+    const double size_m = 1e-4 * c.height_m;
+    StereoErrors errors{.first = RandomErrors(&random, size_m, 1e-4),
+                        .second = RandomErrors(&random, size_m, 1e-4)};
+    const leberl::Difference formula = DifferenceErrors(c, errors, d, Signs::kDerived);
+    const PointError derivative = DifferenceErrorDerivative(c, errors, d);
+    const double slope = 1.0 + std::abs(c.ground_range_m) / c.height_m;
+    const double scale_m =
+        size_m * std::hypot(d.dy_m, d.dz_m) / std::abs(c.base_m) * slope * slope * slope;
+    ASSERT_NEAR(derivative.dy_m, formula.dy_m, kAgreement * scale_m);
+    ASSERT_NEAR(derivative.dz_m, formula.dz_m, kAgreement * scale_m);
   }
 }
 
@@ -242,7 +266,7 @@ std::vector<FixedPathLook> PerturbedSights(const StereoErrors& errors) {
     const Eigen::Vector3d antenna_m(0.0, k == 0 ? 0.0 : kScene.base_m, kScene.height_m);
     observations[k].antenna_m = antenna_m + Eigen::Vector3d(e.dx0_m, e.dy0_m, e.dz0_m);
     observations[k].velocity_mps = 211.0 * Eigen::Vector3d(1.0, e.dydot0, e.dzdot0);
-    observations[k].range_m = (kTruth_m - antenna_m).norm() + e.dr_m;
+    observations[k].range_m = (1.0 + e.range_scale) * (kTruth_m - antenna_m).norm() + e.dr_m;
     observations[k].side = +1;
     observations[k].range_sigma_m = 1.0;
     observations[k].azimuth_sigma = 1.0;

@@ -19,6 +19,7 @@ def test_angles_and_ranges_are_those_of_the_triangles():
     assert leberl.absolute_parallax(BASE_M, HEIGHT_M, GROUND_M) == pytest.approx(
         np.hypot(9000.0, 16000.0) - np.hypot(9000.0, 9000.0), rel=1e-14
     )
+    assert leberl.absolute_parallax(BASE_M, HEIGHT_M, GROUND_M, presentation="ground") == BASE_M
 
 
 def test_range_noise_is_equation_25():

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/simulate/simulate.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -60,6 +61,45 @@ TEST(PlacePointsTest, FillsAGridRowByRow) {  // hand values: 19000/11800 is 3 co
   ExpectAt(
       ControlOf(Layout::kGrid, 6, 0.0),
       {{700, 13100}, {10200, 13100}, {19700, 13100}, {700, 24900}, {10200, 24900}, {19700, 24900}});
+}
+
+// Hand values: sqrt(10 19000/11800) is 4 columns, 3 rows; of 10 points the first row has 4. Of 11
+// both outer rows have 4.
+TEST(PlacePointsTest, FillsAGridToItsCornersWhateverTheCount) {
+  ExpectAt(ControlOf(Layout::kGrid, 10, 0.0),
+           {{700, 13100},
+            {700 + 19000.0 / 3, 13100},
+            {700 + 38000.0 / 3, 13100},
+            {19700, 13100},
+            {700, 19000},
+            {10200, 19000},
+            {19700, 19000},
+            {700, 24900},
+            {10200, 24900},
+            {19700, 24900}});
+  const auto eleven_m = ControlOf(Layout::kGrid, 11, 0.0);
+  const std::vector<double> north_m = {
+      13100, 13100, 13100, 13100, 19000, 19000, 19000, 24900, 24900, 24900, 24900};
+  ASSERT_EQ(eleven_m.size(), north_m.size());
+  for (std::size_t i = 0; i < north_m.size(); ++i) EXPECT_NEAR(eleven_m[i].y(), north_m[i], 1e-9);
+}
+
+// Invariance: the corners are taken by every count that has two columns and rows.
+TEST(PlacePointsTest, KeepsTheCornersOfAGrid) {
+  for (std::size_t count = 5; count <= 40; ++count) {
+    const auto control_m = ControlOf(Layout::kGrid, count, 0.0);
+    ASSERT_EQ(control_m.size(), count);
+    for (const Eigen::Vector2d& corner_m : {Eigen::Vector2d(700, 13100),
+                                            Eigen::Vector2d(19700, 13100),
+                                            Eigen::Vector2d(700, 24900),
+                                            Eigen::Vector2d(19700, 24900)}) {
+      double nearest_m = 1e9;
+      for (const Eigen::Vector2d& p_m : control_m) {
+        nearest_m = std::min(nearest_m, (p_m - corner_m).norm());
+      }
+      EXPECT_LT(nearest_m, 1e-9) << count << ": " << corner_m.transpose();
+    }
+  }
 }
 
 TEST(PlacePointsTest, LaysAChainAlongTheLongerMiddleLine) {

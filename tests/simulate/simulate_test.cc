@@ -65,6 +65,8 @@ TEST(SimulateTest, PositiveSquintLooksForward) {
     const double ahead_m = simulated.truth.points_m[0].x() - antenna_x_m;
     EXPECT_NEAR(ahead_m, looks.range_m[0] * std::sin(squint_rad), 1e-6);  // closed form
     EXPECT_EQ(ahead_m > 0.0, squint_rad > 0.0);
+    // Metres of azimuth are along track: a second of a straight flight is its speed at any squint.
+    EXPECT_NEAR(simulated.exact.azimuth_rate_mps[0], 173.0, 1e-9);
   }
 }
 

@@ -53,10 +53,13 @@ struct LookEquations {
                                          LookEquations* out);
 
 /// How an azimuth time error moves both errors, at fixed point (model.md, section 4):
-/// d(rho)/dt = -v.d/rho and d(e_d)/dt along the path with acceleration a.
+/// d(rho)/dt = -v.d/rho and d(e_d)/dt along the path with acceleration a; and the speed at which
+/// the look passes over the target, along the cone axis, -(d(e_d)/dt + d(rho)/dt sin(tau)): |v| on
+/// a straight path, whatever the squint. docs/theory/observations.md, eq. (10a).
 struct TimeRates {
   double range_mps = 0.0;
   double doppler_mps = 0.0;
+  double along_mps = 0.0;
 };
 [[nodiscard]] TimeRates LookTimeRates(const Eigen::Vector3d& p_m,
                                       const Eigen::Vector3d& s_m,
@@ -77,8 +80,8 @@ struct Whitening {
 [[nodiscard]] Whitening WhitenTime(double range_sigma_m,
                                    double time_sigma_s,
                                    const TimeRates& rates);
-/// The same from sigma_R and the azimuth standard deviation in metres at the target,
-/// sigma_t = sigma_a / |d|. With r = 0 this is two divisions.
+/// The same from sigma_R and the azimuth standard deviation in metres along track at the target,
+/// sigma_t = sigma_a / along_mps. With r = 0 this is two divisions.
 [[nodiscard]] Whitening WhitenAzimuth(double range_sigma_m,
                                       double azimuth_sigma_m,
                                       const TimeRates& rates);

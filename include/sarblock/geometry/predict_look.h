@@ -25,7 +25,8 @@ struct LookGeometry {
 struct LookPrediction {
   double range_m = 0.0;                    ///< rho at t_p
   double delay_s = 0.0;                    ///< t_p less the time at which the antenna was read
-  double cone_rate_mps = 0.0;              ///< |de_d/dt| at t_p: metres at the target per second
+  double cone_rate_mps = 0.0;              ///< |de_d/dt| at t_p
+  double along_mps = 0.0;                  ///< metres along track at the target per second, at t_p
   Eigen::Matrix<double, 2, 3> d_point;     ///< [1], [s/m]
   Eigen::Matrix<double, 2, 3> d_position;  ///< [1], [s/m]
   Eigen::Matrix<double, 2, 3> d_velocity;  ///< [s], [s2/m]

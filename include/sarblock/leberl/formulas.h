@@ -49,6 +49,10 @@ struct ViewingGuidance {
   bool intersection_within_12_and_15_deg = false;
 };
 [[nodiscard]] ViewingGuidance CheckViewing(const StereoConfiguration& c);
+/// The same from the magnitudes of both look angles, in (0, pi/2).
+[[nodiscard]] ViewingGuidance CheckViewing(double first_look_rad,
+                                           double second_look_rad,
+                                           Arrangement arrangement);
 
 /// Four of the printed equations (13, 19, 22, 24) carry terms whose sign does not follow from the
 /// geometry (docs/theory/leberl.md). Both versions are kept: the first to compare with the paper's
@@ -82,14 +86,20 @@ enum class Presentation { kGroundRange, kSlantRange };
                                         double parallax_m,
                                         Presentation presentation);
 
-/// Absolute parallax in slant range presentation of a point of the datum, a = r' - r'' [m].
-/// Leberl (1979), Eq. 8, with the plus sign under the second root. Points of equal height have
-/// different a: a flat surface appears as a hyperbola-like cylinder.
-[[nodiscard]] double AbsoluteParallax(const StereoConfiguration& c);
+/// Absolute parallax of a point of the datum [m]. Slant range: a = r' - r'', Leberl (1979), Eq. 8,
+/// with the plus sign under the second root; points of equal height have different a, so that a
+/// flat surface appears as a hyperbola-like cylinder. Ground range: a = y - (y - B) = B everywhere,
+/// so that the datum appears as a plane.
+[[nodiscard]] double AbsoluteParallax(const StereoConfiguration& c, Presentation presentation);
 
 /// Vertical exaggeration q of a stereo model, three forms. Dimensionless magnitudes.
+/// The factor 5, "about" in the paper, is the distance of the viewed images over the eye base.
+inline constexpr double kViewingRatio = 5.0;
 /// Camera: q ~ 5 Bc/H. Leberl (1979), Eq. 9. base_m >= 0, height_m > 0.
 [[nodiscard]] double CameraExaggeration(double base_m, double height_m);
+/// Equivalent base of a radar pair: the base Bc = q H/5 with which a camera at the height H has the
+/// exaggeration q [m]. Leberl (1979), Eq. 9.
+[[nodiscard]] double EquivalentBase(double exaggeration, double height_m);
 /// Radar: q ~ 5 |cot(theta') -/+ cot(theta'')|, minus same-side, plus opposite-side; look angles
 /// are magnitudes in (0, pi/2). Leberl (1979), Eq. 10.
 [[nodiscard]] double ExaggerationFromAngles(double first_look_rad,
@@ -98,14 +108,37 @@ enum class Presentation { kGroundRange, kSlantRange };
 /// Radar: q ~ 5 H B / (y (y - B)), magnitude. Leberl (1979), Eq. 11.
 [[nodiscard]] double Exaggeration(const StereoConfiguration& c);
 
+/// How a person views a pair. The images lie at kViewingRatio eye bases from the eyes.
+struct StereoViewing {
+  double scale = 0.0;       ///< M of images viewed at the scale 1:M; > 0
+  double eye_base_m = 0.0;  ///< > 0
+  double acuity_rad = 0.0;  ///< least retinal disparity that is seen as depth; > 0
+  double fusion_rad = 0.0;  ///< largest retinal disparity that fuses to one picture; < 0.2
+};
+/// Throws InputError naming the value unless all are finite and positive, the disparities in order
+/// and the larger below the convergence of the eyes.
+void Validate(const StereoViewing& viewing);
+
+/// Retinal disparity [rad] of two points that differ in height by h in a model of exaggeration q:
+/// the difference of the angles at which both eyes meet at them. The higher point appears q h/M
+/// nearer to the eyes; it must not reach them. Leberl (1979), Fig. 2; docs/theory/leberl.md.
+[[nodiscard]] double RetinalDisparity(double exaggeration,
+                                      double height_m,
+                                      const StereoViewing& viewing);
+/// Inverse: the height difference of a retinal disparity [m].
+[[nodiscard]] double HeightOfDisparity(double exaggeration,
+                                       double disparity_rad,
+                                       const StereoViewing& viewing);
+
 /// What is wrong with one station: value used in the reconstruction minus true value.
 struct StationErrors {
-  double dx0_m = 0.0;   ///< antenna position along track
-  double dy0_m = 0.0;   ///< antenna position across track
-  double dz0_m = 0.0;   ///< antenna position up
-  double dr_m = 0.0;    ///< slant range
-  double dydot0 = 0.0;  ///< velocity direction, across component of a unit along vector
-  double dzdot0 = 0.0;  ///< velocity direction, up component
+  double dx0_m = 0.0;        ///< antenna position along track
+  double dy0_m = 0.0;        ///< antenna position across track
+  double dz0_m = 0.0;        ///< antenna position up
+  double dr_m = 0.0;         ///< slant range
+  double dydot0 = 0.0;       ///< velocity direction, across component of a unit along vector
+  double dzdot0 = 0.0;       ///< velocity direction, up component
+  double range_scale = 0.0;  ///< relative error of the slant range: adds range_scale r to dr
 };
 
 /// Errors of both stations; `first` is ', `second` is ''.
@@ -135,6 +168,7 @@ struct PointError {
 /// Across-track error [m], Leberl (1979), Eq. 14: illegible in our copy, derived in
 /// docs/theory/leberl.md from the two range spheres,
 ///     dy = dy0' y/B - dy0'' (y - B)/B - (dz0' - dz0'') H/B + dr' r'/B - dr'' r''/B
+/// A scale error counts as dr = range_scale r, here and in Eq. 15.
 [[nodiscard]] double AcrossError(const StereoConfiguration& c, const StereoErrors& errors);
 
 /// Height error [m], Leberl (1979), Eq. 15:
@@ -196,6 +230,22 @@ struct Warp {
                              double range_error_first_m,
                              double range_error_second_m,
                              Signs signs);
+
+/// Scale errors of the ranges, dr' = e' r' and dr'' = e'' r'', which the paper does not have:
+///     A = 2 (e' y - e'' (y - B))/B,                F = -2 (e' - e'') H/B,
+///     C = (e' (r'^2 + 2 y (y - B)) - e'' (r''^2 + 2 y (y - B)))/(B H),
+///     D = (e' (y - B)(y^2 - H^2) - e'' y ((y - B)^2 - H^2))/(B H^2).
+/// docs/theory/leberl.md, section 3.
+[[nodiscard]] Warp RangeScaleWarp(const StereoConfiguration& c,
+                                  double range_scale_first,
+                                  double range_scale_second);
+
+/// Eq. 18, 19 and 22 to 24 together [m], with dB and dH of the stations' positions. kPrinted counts
+/// a scale error as the constant dr = e r of the point (y, 0); kDerived adds RangeScaleWarp.
+[[nodiscard]] Difference DifferenceErrors(const StereoConfiguration& c,
+                                          const StereoErrors& errors,
+                                          const Difference& difference,
+                                          Signs signs);
 
 /// Standard deviations of a point by independent range noise of both images, Leberl (1979), Eq. 25:
 ///     sigma_y^2 = sigma_r^2 (r'^2 + r''^2) / B^2

@@ -240,7 +240,7 @@ struct ExactLooks {
   std::vector<double> nominal_time_s;  ///< cone time on the nominal path: the planned look
   std::vector<double> time_s;   ///< cone time on the true path (model time, bias not removed)
   std::vector<double> range_m;  ///< |p - s| there
-  std::vector<double> azimuth_rate_mps;  ///< |de_d/dt| there: metres at the target a second
+  std::vector<double> azimuth_rate_mps;  ///< metres along track at the target a second
   std::vector<double> doppler_hz;  ///< Doppler written for it; empty where squints are written
 };
 

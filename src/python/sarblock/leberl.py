@@ -163,10 +163,22 @@ def height_from_parallax(
 
 
 def absolute_parallax(
-    base_m: ArrayLike, height_m: ArrayLike, ground_range_m: ArrayLike, *, arrangement: str = "same-side"
+    base_m: ArrayLike,
+    height_m: ArrayLike,
+    ground_range_m: ArrayLike,
+    *,
+    arrangement: str = "same-side",
+    presentation: str = "slant",
 ) -> FloatArray:
-    """Absolute parallax in slant range [m], Eq. 8."""
-    return _evaluate("absolute_parallax", base_m, height_m, ground_range_m, arrangement=arrangement)[0]
+    """Absolute parallax [m]: in slant range Eq. 8, in ground range the base."""
+    return _evaluate(
+        "absolute_parallax",
+        base_m,
+        height_m,
+        ground_range_m,
+        arrangement=arrangement,
+        presentation=presentation,
+    )[0]
 
 
 def camera_exaggeration(base_m: ArrayLike, height_m: ArrayLike) -> FloatArray:

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "figures.h"
+
+#include "sarblock/core/error.h"
+#include "sarblock/geometry/frame.h"
+#include "sarblock/geometry/intersection.h"
+
+#include <array>
+#include <cmath>
+
+#include <Eigen/Geometry>
+#include <fmt/core.h>
+
+namespace sarblock {
+namespace {
+
+using Eigen::Vector3d;
+using leberl::Arrangement;
+using leberl::StereoConfiguration;
+
+constexpr double kConvergentSquint_rad = 20.0 * kRadPerDeg;
+constexpr double kSingleSquint_rad = 15.0 * kRadPerDeg;
+constexpr double kLowRatio = 0.6, kHighRatio = 1.2;  // heights of flight over H
+constexpr double kOrbitHeight_m = 700e3;
+constexpr double kOrbitLook_rad = 45.0 * kRadPerDeg;
+constexpr double kApolloHeight_m = 116e3;
+
+/// A straight flight: its point closest to the target, and its direction.
+struct Line {
+  Vector3d closest_m = Vector3d::Zero();
+  Vector3d track = Vector3d::UnitX();  ///< unit vector
+};
+
+/// The look of a straight flight, squinted, at the point.
+FixedPathLook LookFrom(const Line& line, double squint_rad, const Vector3d& point_m) {
+  FixedPathLook look;
+  const Vector3d across_m = point_m - line.closest_m;
+  look.antenna_m = line.closest_m - across_m.norm() * std::tan(squint_rad) * line.track;
+  look.velocity_mps = line.track;
+  look.cone.squint_rad = squint_rad;
+  look.side = Vector3d::UnitZ().cross(line.track).dot(across_m) > 0.0 ? +1 : -1;
+  return look;
+}
+
+/// The look of a circular orbit about the body's centre, in the plane y = 0 of the frame whose
+/// origin is `radius_m` below the orbit's highest point, at the point (0, y, z) of that frame.
+FixedPathLook LookFromOrbit(double radius_m, double squint_rad, const Vector3d& point_m) {
+  const Vector3d centre_m(0.0, 0.0, -radius_m);
+  const Vector3d from_centre_m = point_m - centre_m;
+  const double sine = std::sin(squint_rad);
+  // u.d = sin(tau) |d| with u = (cos a, 0, -sin a), d = p - s: by symmetry u.d = -z' sin(a)
+  const auto at = [&](double angle_rad) {
+    return Vector3d(radius_m * std::sin(angle_rad), 0.0, radius_m * std::cos(angle_rad) - radius_m);
+  };
+  double angle_rad = 0.0;
+  for (int i = 0; i < 100; ++i) {  // -z' sin(a) = sin(tau) |d(a)|: a contraction for short ranges
+    const double next = std::asin(-sine * (point_m - at(angle_rad)).norm() / from_centre_m.z());
+    if (next == angle_rad) break;
+    angle_rad = next;
+  }
+  FixedPathLook look;
+  look.antenna_m = at(angle_rad);
+  look.velocity_mps = Vector3d(std::cos(angle_rad), 0.0, -std::sin(angle_rad));
+  look.acceleration_mps2 = (centre_m - look.antenna_m) / (radius_m * radius_m);  // |v| = 1 m/s
+  look.cone.squint_rad = squint_rad;
+  look.side = point_m.y() > 0.0 ? +1 : -1;
+  return look;
+}
+
+/// Look angle off nadir in the plane normal to the track.
+double LookAngle(const FixedPathLook& look, const Vector3d& point_m) {
+  const Vector3d along = look.velocity_mps.normalized();
+  Vector3d sight_m = point_m - look.antenna_m;
+  sight_m -= sight_m.dot(along) * along;
+  return std::acos(-sight_m.z() / sight_m.norm());
+}
+
+/// Both looks fly along x at their closest approach, but the second of the cross-wise pair. `up` is
+/// the vertical at the point.
+FigureRow RowOf(std::string figure,
+                std::string name,
+                const Vector3d& point_m,
+                const Vector3d& up,
+                std::array<FixedPathLook, 2> looks,
+                const FigureOptions& options) {
+  FigureRow row;
+  row.figure = std::move(figure);
+  row.name = std::move(name);
+  for (FixedPathLook& look : looks) {
+    look.range_m = (point_m - look.antenna_m).norm();
+    look.range_sigma_m = options.sigma_range_m;
+    look.azimuth_sigma = options.sigma_azimuth_m;
+  }
+  if (looks[1].velocity_mps.y() == 0.0) {
+    row.base_m = std::abs(looks[1].antenna_m.y() - looks[0].antenna_m.y());
+  }
+  row.first_look_rad = LookAngle(looks[0], point_m);
+  row.second_look_rad = LookAngle(looks[1], point_m);
+  row.intersection_rad = IntersectionAngle(point_m, looks[0], looks[1]);
+  const Intersection found = Intersect(looks, Frame::Local());
+  row.outcome = found.outcome;
+  if (found.outcome == IntersectionOutcome::kDetermined) {
+    const auto sigma = [&](const Vector3d& axis) {
+      return std::sqrt(axis.dot(found.covariance_m2 * axis));
+    };
+    row.sigmas =
+        FigureRow::Sigmas{sigma(Vector3d::UnitX()), sigma(up.cross(Vector3d::UnitX())), sigma(up)};
+  }
+  return row;
+}
+
+/// Eq. 10 for a pair on parallel lines.
+void AddExaggeration(Arrangement arrangement, FigureRow* row) {
+  row->exaggeration =
+      leberl::ExaggerationFromAngles(row->first_look_rad, row->second_look_rad, arrangement);
+}
+
+void CheckFigures(const FigureOptions& options) {
+  Validate(options.ground);
+  if (options.ground.arrangement != Arrangement::kSameSide) {
+    throw InputError("ground", "B, H and y of the same-side pair are allowed");
+  }
+  for (const auto& [name, value] : {std::pair{"sigma_range_m", options.sigma_range_m},
+                                    std::pair{"sigma_azimuth_m", options.sigma_azimuth_m}}) {
+    if (!(std::isfinite(value) && value > 0.0)) {
+      throw InputError(name, fmt::format("{} is given, > 0 is allowed", value));
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<FigureRow> PaperFigures(const FigureOptions& options) {
+  CheckFigures(options);
+  const double base_m = options.ground.base_m, height_m = options.ground.height_m;
+  const double y_m = options.ground.ground_range_m;
+  const Vector3d point_m(0.0, y_m, 0.0);
+  const Line first{.closest_m = {0.0, 0.0, height_m}};
+  const Line second{.closest_m = {0.0, base_m, height_m}};
+  const auto straight = [&](const Line& line) { return LookFrom(line, 0.0, point_m); };
+  std::vector<FigureRow> rows;
+  const auto add = [&](const char* figure,
+                       const char* name,
+                       const FixedPathLook& one,
+                       const FixedPathLook& other) -> FigureRow* {
+    return &rows.emplace_back(
+        RowOf(figure, name, point_m, Vector3d::UnitZ(), {one, other}, options));
+  };
+
+  AddExaggeration(Arrangement::kSameSide,
+                  add("3, 4", "same side", straight(first), straight(second)));
+  const Line opposite{.closest_m = {0.0, y_m + (y_m - base_m), height_m}};
+  AddExaggeration(Arrangement::kOppositeSide,
+                  add("3, 4", "opposite side", straight(first), straight(opposite)));
+  const Line across{.closest_m = {-y_m, y_m, height_m}, .track = Vector3d::UnitY()};
+  add("3, 4", "cross-wise", straight(first), straight(across));
+  const Line low{.closest_m = {0.0, 0.0, kLowRatio * height_m}};
+  const Line high{.closest_m = {0.0, 0.0, kHighRatio * height_m}};
+  AddExaggeration(Arrangement::kSameSide,
+                  add("3, 4", "two heights", straight(low), straight(high)));
+  AddExaggeration(Arrangement::kSameSide,
+                  add("3, 4",
+                      "convergent",
+                      LookFrom(first, kConvergentSquint_rad, point_m),
+                      LookFrom(second, -kConvergentSquint_rad, point_m)));
+  add("5",
+      "single flight",
+      LookFrom(first, kSingleSquint_rad, point_m),
+      LookFrom(first, -kSingleSquint_rad, point_m));
+
+  // The orbit's point: where the look at 45 degrees meets the sphere, in a frame below the orbit.
+  const double earth_m = NamedEllipsoid("WGS84").a_m, radius_m = earth_m + kOrbitHeight_m;
+  const double foot_m = radius_m * std::cos(kOrbitLook_rad);
+  const double range_m =
+      foot_m - std::sqrt(foot_m * foot_m - (radius_m + earth_m) * kOrbitHeight_m);
+  const Vector3d below_m(
+      0.0, range_m * std::sin(kOrbitLook_rad), -range_m * std::cos(kOrbitLook_rad));
+  rows.push_back(RowOf("5",
+                       "single orbit",
+                       below_m,
+                       (below_m + Vector3d(0.0, 0.0, radius_m)).normalized(),
+                       {LookFromOrbit(radius_m, kSingleSquint_rad, below_m),
+                        LookFromOrbit(radius_m, -kSingleSquint_rad, below_m)},
+                       options));
+
+  for (const auto& [apollo_base_m, look_deg] :
+       {std::pair{3e3, 14.0}, std::pair{3e3, 20.0}, std::pair{13e3, 17.0}}) {
+    const double far_m = kApolloHeight_m * std::tan(look_deg * kRadPerDeg) + 0.5 * apollo_base_m;
+    const Vector3d moon_m(0.0, far_m, 0.0);
+    const Line inner{.closest_m = {0.0, apollo_base_m, kApolloHeight_m}};
+    const Line outer{.closest_m = {0.0, 0.0, kApolloHeight_m}};
+    rows.push_back(RowOf("8, 9",
+                         fmt::format("Apollo radar, {:.0f} deg", look_deg),
+                         moon_m,
+                         Vector3d::UnitZ(),
+                         {LookFrom(outer, 0.0, moon_m), LookFrom(inner, 0.0, moon_m)},
+                         options));
+    AddExaggeration(Arrangement::kSameSide, &rows.back());
+  }
+  return rows;
+}
+
+}  // namespace sarblock
