@@ -62,6 +62,7 @@ class ResultReaderTest : public test::ResultFolderTest {
                                      kNotGiven,
                                      kNotGiven,
                                      false,
+                                     false,
                                      0,
                                      "needs another"}};
     result_.selection.simplifications = {
