@@ -152,7 +152,7 @@ ReducedPattern PatternWith(const AdjustmentProblem& problem, BorderedPoints bord
   return out;
 }
 
-/// Operations of the factor of S without its border; many where they are not worth counting.
+/// Operations of the factor of S without its border.
 double OperationsOf(const AdjustmentProblem& problem, const ReducedPattern& found) {
   std::vector<int> last;
   for (std::size_t b = 0; b < problem.layout.blocks.size(); ++b) {

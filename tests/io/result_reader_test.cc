@@ -49,6 +49,7 @@ class ResultReaderTest : public test::ResultFolderTest {
                                      12.5,
                                      0.875,
                                      true,
+                                     false,
                                      1,
                                      ""},
                                     {"time.bias",
@@ -62,7 +63,7 @@ class ResultReaderTest : public test::ResultFolderTest {
                                      kNotGiven,
                                      kNotGiven,
                                      false,
-                                     false,
+                                     true,
                                      0,
                                      "needs another"}};
     result_.selection.simplifications = {
@@ -213,6 +214,8 @@ TEST_F(ResultReaderTest, WhatWasWrittenIsReadBack) {
   EXPECT_EQ(read.candidates[0].condition, 12.5);
   EXPECT_TRUE(read.candidates[0].kept);
   EXPECT_FALSE(read.candidates[1].kept);
+  EXPECT_FALSE(read.candidates[0].held);
+  EXPECT_TRUE(read.candidates[1].held);
   EXPECT_EQ(read.candidates[1].reason, "needs another");
   ASSERT_EQ(read.simplifications.size(), 1u);
   EXPECT_EQ(read.simplifications[0].bound_m, 0.25);
