@@ -72,8 +72,7 @@ class Selector {
       if (report.settled || report.rounds == kMaxRounds) {
         TestKept(model);
         if (Hold(&model) && !Refit()) {
-          LetGo();
-          report.certain = true;
+          report.certain = LetGo();
           static_cast<void>(Refit());
         }
       }
@@ -593,16 +592,19 @@ class Selector {
     return any;
   }
 
-  /// Leaves out what is held by estimated priors.
-  void LetGo() {
+  /// Leaves out what is held by estimated priors; true where something is.
+  bool LetGo() {
+    bool any = false;
     for (std::size_t t = 0; t < held_.size(); ++t) {
       for (std::size_t l = 0; l < held_[t].size(); ++l) {
         if (std::isnan(held_[t][l])) continue;
         const int column = candidates_.terms[t].levels[l].columns.front();
         if (candidates_.parameters[static_cast<std::size_t>(column)].has_prior()) continue;
         std::fill(held_[t].begin() + static_cast<std::ptrdiff_t>(l), held_[t].end(), kNotGiven);
+        any = true;
       }
     }
+    return any;
   }
 
   const Block& block_;

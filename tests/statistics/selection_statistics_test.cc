@@ -100,6 +100,9 @@ TEST_P(SelectionStatisticsTest, IsAsGoodAsTheBestFixedModelAndHonest) {
   AdjustOptions given;
   given.covariance = CovarianceLevel::kNone;
 
+  // Free knots on few looks a knot: some blocks end where no step lowers the cost, and say so.
+  const bool may_not_converge = error.name == "random walk";
+  std::size_t not_converged = 0;
   std::map<std::string, double> square_m2;
   double chosen_m2 = 0.0, parameters = 0.0;
   test::SquareSum check, residuals;
@@ -109,6 +112,11 @@ TEST_P(SelectionStatisticsTest, IsAsGoodAsTheBestFixedModelAndHonest) {
   for (std::size_t draw = 0; draw < draws; ++draw) {
     Redraw(scene, error.first_seed + draw, RedrawChoice{}, &simulated);
     const AdjustResult result = Adjust(block, chosen);
+    if (may_not_converge && result.status == AdjustStatus::kNotConverged) {
+      ASSERT_FALSE(result.accepted()) << draw;
+      ++not_converged;
+      continue;
+    }
     ASSERT_TRUE(result.accepted()) << draw;
     chosen_m2 += CheckSquare(simulated, result);
     parameters += static_cast<double>(result.parameters.size());
@@ -129,7 +137,8 @@ TEST_P(SelectionStatisticsTest, IsAsGoodAsTheBestFixedModelAndHonest) {
   }
   const auto best = std::min_element(
       square_m2.begin(), square_m2.end(), [](auto& a, auto& b) { return a.second < b.second; });
-  const double count = static_cast<double>(draws * 20);
+  EXPECT_LE(not_converged, draws / 30);
+  const double count = static_cast<double>((draws - not_converged) * 20);
   const double ratio = std::sqrt(chosen_m2 / best->second);
   const Interval region = ChiSquareInterval(kSelectionLevel, check.degrees);
   std::printf("| %s | %zu | %s, %.3f | %.3f | %.3f | %.0f | %.3f, %.3f to %.3f | %.3f |\n",
@@ -139,7 +148,7 @@ TEST_P(SelectionStatisticsTest, IsAsGoodAsTheBestFixedModelAndHonest) {
               std::sqrt(best->second / count),
               std::sqrt(chosen_m2 / count),
               ratio,
-              parameters / static_cast<double>(draws),
+              parameters / static_cast<double>(draws - not_converged),
               check.mean(),
               region.lower / check.degrees,
               region.upper / check.degrees,
