@@ -68,7 +68,7 @@ void DescribePaths(const Block& block,
 
 namespace {
 
-/// Of v'Pv: what a move to another datum may change by rounding. A true move changes nothing.
+/// A move to another datum leaves v'Pv as it is but for rounding, which is less than this.
 constexpr double kMaxChangeOfDatum = 1e-3;
 
 std::string NameLooks(const Block& block, const std::vector<std::size_t>& looks) {

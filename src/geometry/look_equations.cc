@@ -49,7 +49,7 @@ Whitening WhitenTime(double range_sigma_m, double time_sigma_s, const TimeRates&
 }
 
 Whitening WhitenAzimuth(double range_sigma_m, double azimuth_sigma_m, const TimeRates& rates) {
-  return WhitenTime(range_sigma_m, azimuth_sigma_m / rates.along_mps, rates);
+  return WhitenTime(range_sigma_m, azimuth_sigma_m / std::abs(rates.along_mps), rates);
 }
 
 Whitening WhitenDoppler(double range_sigma_m, double azimuth_sigma_m) {

@@ -14,16 +14,15 @@ namespace sarblock {
 /// each other. The point is (0, y, 0) in the paper's frame; its covariance is that of the rigorous
 /// intersection (geometry::Intersect) with the flight paths held fixed.
 ///
-/// | figure | configuration | stations |
-/// | 3, 4 | same side | at 0 and B, both H high |
-/// | 3, 4 | opposite side | at 0 and on the other side of the point, at the look angle of the
-/// second | | 3, 4 | cross-wise | at 0, and across the first one's track at the same distance y |
-/// | 3, 4 | two heights | at 0, 0.6 H and 1.2 H high |
-/// | 3, 4 | convergent | at 0 and B, squinted by 20 and -20 degrees |
-/// | 5 | single flight | one straight line, squinted by 15 and -15 degrees |
-/// | 5 | single orbit | the same squints from a circular orbit 700 km above the Earth, look 45
-/// degrees | | 8, 9 | Apollo radar | 116 km above the Moon, bases of 3 and 13 km, looks of 14 to 20
-/// degrees |
+///   - 3, 4 same side: stations at 0 and B, both H high
+///   - 3, 4 opposite side: at 0 and beyond the point, at the look angle of the second station
+///   - 3, 4 cross-wise: at 0, and across the first one's track at the same distance y
+///   - 3, 4 two heights: at 0, 0.6 H and 1.2 H high
+///   - 3, 4 convergent: at 0 and B, squinted by 20 and -20 degrees
+///   - 5 single flight: one straight line, squinted by 15 and -15 degrees
+///   - 5 single orbit: the same squints from a circular orbit 700 km above the Earth, look 45
+///   degrees
+///   - 8, 9 Apollo radar: 116 km above the Moon, bases of 3 and 13 km, looks of 14 to 20 degrees
 struct FigureOptions {
   /// B, H and y of the first five; the aircraft of Table 1 in the middle of its model.
   leberl::StereoConfiguration ground{.base_m = 8e3, .height_m = 10e3, .ground_range_m = 19e3};

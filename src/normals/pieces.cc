@@ -154,14 +154,18 @@ ReducedPattern PatternWith(const AdjustmentProblem& problem, BorderedPoints bord
 
 /// Operations of the factor of S without its border.
 double OperationsOf(const AdjustmentProblem& problem, const ReducedPattern& found) {
-  std::vector<int> last;
-  for (std::size_t b = 0; b < problem.layout.blocks.size(); ++b) {
-    if (problem.layout.blocks[b].shared) last.push_back(static_cast<int>(b));
-  }
-  return sparse::Analyse(*found.pattern, last).operations;
+  return sparse::Analyse(*found.pattern, SharedBlocks(problem.layout)).operations;
 }
 
 }  // namespace
+
+std::vector<int> SharedBlocks(const ParameterLayout& layout) {
+  std::vector<int> shared;
+  for (std::size_t b = 0; b < layout.blocks.size(); ++b) {
+    if (layout.blocks[b].shared) shared.push_back(static_cast<int>(b));
+  }
+  return shared;
+}
 
 ReducedPattern FindPattern(const AdjustmentProblem& problem, bool allow_border) {
   if (!allow_border) return PatternWith(problem, {});

@@ -40,6 +40,9 @@ struct ReducedPattern {
   std::size_t looks = 0, columns = 0;
 };
 
+/// Blocks of corrections that passes share, which S eliminates last.
+[[nodiscard]] std::vector<int> SharedBlocks(const ParameterLayout& layout);
+
 /// From the looks that take part. Without `allow_border` every point is eliminated.
 [[nodiscard]] ReducedPattern FindPattern(const AdjustmentProblem& problem, bool allow_border);
 

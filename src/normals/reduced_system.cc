@@ -252,11 +252,7 @@ BorderedMatrix ReducedSystem::Scaled() {
 
 void ReducedSystem::Analyse() {
   if (factor_) return;
-  std::vector<int> last;
-  for (std::size_t b = 0; b < problem_.layout.blocks.size(); ++b) {
-    if (problem_.layout.blocks[b].shared) last.push_back(static_cast<int>(b));
-  }
-  factor_.emplace(pattern_, last);
+  factor_.emplace(pattern_, SharedBlocks(problem_.layout));
 }
 
 SystemNeeds ReducedSystem::Needs(int threads) {

@@ -59,10 +59,10 @@ constexpr double kNothing = 1e-10;
 /// deviation of a variance is many times that.
 constexpr int kMaxVarianceSweeps = 30;
 constexpr double kSettledVariance = 0.02;
-/// A variance whose likelihood is largest at zero is not zero for certain. The likelihood is
-/// multiplied by the power a - 1 = 1/4 of q, a gamma prior without a scale that keeps it off zero
-/// (Chung et al. 2013): without a sign of them coefficients then get about their own standard
-/// deviations where they are few, and less where they are many.
+/// A variance q whose likelihood is largest at zero is not zero for certain. The likelihood is
+/// multiplied by q^(1/4), a gamma prior without a scale that keeps the estimate off zero (Chung et
+/// al. 2013); -2 ln of that is this times -ln q. Coefficients of which nothing is seen then get
+/// about their own standard deviation where they are few, less where they are many.
 constexpr double kBoundary = 0.5;
 
 /// -2 times the logarithm of the restricted likelihood of columns with one prior variance q, and
@@ -72,7 +72,7 @@ struct ProcessLikelihood {
   Eigen::ArrayXd square;        ///< of the gradient's parts along its eigenvectors
   double square_without = 0.0;  ///< v'Pv without the columns
   double redundancy = 0.0;
-  double boundary = 0.0;  ///< power of q that the likelihood is multiplied by, times two
+  double boundary = 0.0;  ///< times ln q is subtracted: kBoundary, or 0 without that prior
 
   [[nodiscard]] double Remaining(double q) const {
     return square_without - (square / (information + 1.0 / q)).sum();

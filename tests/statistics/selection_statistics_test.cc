@@ -122,7 +122,8 @@ TEST_P(SelectionStatisticsTest, IsAsGoodAsTheBestFixedModelAndHonest) {
     parameters += static_cast<double>(result.parameters.size());
     const CheckResult& one = result.checks[draw % result.checks.size()];
     check.Add(one.chi_square, one.components);
-    // Of looks and control: priors that were estimated from the same residuals are no observations.
+    // v'Pv of looks and control alone: estimated priors come from the same residuals, so that they
+    // are no observations.
     residuals.Add(result.sigma0_squared * result.test_redundancy, result.test_redundancy);
     for (const auto& [name, groups] : fixed) {
       given.corrections = groups.empty() ? CorrectionChoice::kNone : CorrectionChoice::kGiven;
