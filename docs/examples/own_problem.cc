@@ -11,12 +11,12 @@
 
 #include <Eigen/Core>
 #include <ceres/autodiff_cost_function.h>
-#include <ceres/covariance.h>
 #include <ceres/loss_function.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 #include <sarblock/core/statistics.h>
 #include <sarblock/cost/look_cost.h>
+#include <sarblock/cost/problem_covariance.h>
 #include <sarblock/geometry/predict_look.h>
 
 using Eigen::Vector3d;
@@ -189,15 +189,15 @@ void Solve(const Survey& survey, bool radar, bool optical, const char* name) {
   options.function_tolerance = 1e-12;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
-  ceres::Covariance covariance({});
-  std::vector<std::pair<const double*, const double*>> blocks;
-  for (const Vector3d& point : points) blocks.emplace_back(point.data(), point.data());
-  if (!summary.IsSolutionUsable() || !covariance.Compute(blocks, &problem)) return;
+  if (!summary.IsSolutionUsable()) return;
+  std::vector<double*> blocks;
+  for (Vector3d& point : points) blocks.push_back(point.data());
+  const sarblock::ProblemCovariance covariance(problem, blocks);
   // [solve]
   Vector3d error_m2 = Vector3d::Zero(), variance_m2 = Vector3d::Zero();
   for (std::size_t i = 0; i < points.size(); ++i) {
-    Eigen::Matrix<double, 3, 3, Eigen::RowMajor> c_m2;
-    covariance.GetCovarianceBlock(points[i].data(), points[i].data(), c_m2.data());
+    Eigen::Matrix3d c_m2;
+    covariance.Get(blocks[i], blocks[i], c_m2.data());
     const Vector3d off_m = survey.origins_m[i] + points[i] - survey.truth_m[i];
     error_m2 += off_m.cwiseAbs2() / static_cast<double>(points.size());
     variance_m2 += c_m2.diagonal() / static_cast<double>(points.size());

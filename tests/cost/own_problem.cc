@@ -207,28 +207,43 @@ double OwnProblem::LargestPointDifference() const {
   return largest;
 }
 
+std::vector<double*> OwnProblem::Points() {
+  std::vector<double*> out;
+  for (std::size_t point = 0; point < block_.points.size(); ++point) {
+    if (IsSolved(result_.points.status[point])) out.push_back(displacements_m_[point].data());
+  }
+  return out;
+}
+
 double OwnProblem::LargestCovarianceDifference() {
   ceres::Covariance::Options options;
   options.algorithm_type = ceres::SPARSE_QR;
   ceres::Covariance covariance(options);
-  std::vector<const double*> blocks;
-  for (std::size_t point = 0; point < block_.points.size(); ++point) {
-    if (IsSolved(result_.points.status[point])) blocks.push_back(displacements_m_[point].data());
-  }
+  std::vector<std::pair<const double*, const double*>> pairs;
+  for (const double* block : Points()) pairs.emplace_back(block, block);
   for (const Array& array : arrays_) {
     for (std::size_t k = 0; k < array.values.size(); k += array.block_size) {
-      blocks.push_back(array.values.data() + k);
+      pairs.emplace_back(array.values.data() + k, array.values.data() + k);
     }
   }
-  std::vector<std::pair<const double*, const double*>> pairs;
-  for (const double* block : blocks) pairs.emplace_back(block, block);
   if (!covariance.Compute(pairs, problem_.get())) throw std::runtime_error("ceres::Covariance");
+  const ProblemCovariance ours(*problem_, Points());
+  return std::max(LargestDifference([&](const double* block, double* values) {
+                    EXPECT_TRUE(covariance.GetCovarianceBlock(block, block, values));
+                  }),
+                  LargestDifference([&](const double* block, double* values) {
+                    ours.Get(block, block, values);
+                  }));
+}
+
+template <typename CovarianceOf>
+double OwnProblem::LargestDifference(const CovarianceOf& covariance_of) const {
   double largest = 0.0;
   for (std::size_t point = 0; point < block_.points.size(); ++point) {
     if (!IsSolved(result_.points.status[point])) continue;
     const double* at = displacements_m_[point].data();
     Eigen::Matrix<double, 3, 3, Eigen::RowMajor> frame_m2;
-    EXPECT_TRUE(covariance.GetCovarianceBlock(at, at, frame_m2.data()));
+    covariance_of(at, frame_m2.data());
     const Eigen::Matrix3d enu = block_.frame.EnuFromFrame(result_.points.position_m[point]);
     const Eigen::Matrix3d expected_m2 = MatrixOf(result_.points.covariance_m2[point]);
     const Eigen::Vector3d sigma_m = expected_m2.diagonal().cwiseSqrt();
@@ -244,7 +259,7 @@ double OwnProblem::LargestCovarianceDifference() {
     for (std::size_t k = 0; k < array.values.size(); k += size) {
       const double* at = array.values.data() + k;
       std::vector<double> own(size * size);
-      EXPECT_TRUE(covariance.GetCovarianceBlock(at, at, own.data()));
+      covariance_of(at, own.data());
       for (std::size_t i = 0; i < size; ++i) {
         const double sigma = ResultOf(array.owner, array.names[k + i]).sigma;
         largest = std::max(largest, std::abs(own[i * size + i] / (sigma * sigma) - 1.0));

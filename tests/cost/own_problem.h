@@ -3,6 +3,7 @@
 
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/cost/look_cost.h"
+#include "sarblock/cost/problem_covariance.h"
 
 #include <cstddef>
 #include <deque>
@@ -26,6 +27,8 @@ class OwnProblem {
              const std::vector<CorrectionGroup>& groups,
              const AdjustResult& result);
 
+  /// The problem at the points and corrections as they are.
+  void Make();
   /// Solves, azimuth weights given in metres formed anew from the last solution, until a step
   /// changes nothing.
   void Solve();
@@ -35,8 +38,11 @@ class OwnProblem {
   [[nodiscard]] double LargestParameterDifference() const;
   [[nodiscard]] double LargestPointDifference() const;
   /// Largest difference of an element of a point's covariance, or of the variance of a correction,
-  /// by ceres::Covariance, over the product of the standard deviations.
+  /// by ceres::Covariance or by ProblemCovariance, over the product of the standard deviations.
   [[nodiscard]] double LargestCovarianceDifference();
+
+  [[nodiscard]] ceres::Problem& problem() { return *problem_; }
+  [[nodiscard]] std::vector<double*> Points();  ///< blocks of the points that are solved
 
  private:
   /// One array of corrections, of one pass or shared.
@@ -46,7 +52,8 @@ class OwnProblem {
     std::vector<double> values;
     std::size_t block_size = 0;
   };
-  void Make();
+  template <typename CovarianceOf>
+  [[nodiscard]] double LargestDifference(const CovarianceOf& covariance_of) const;
   /// One Gauss-Newton step with the Jacobian of the problem.
   void Step();
   [[nodiscard]] const ParameterResult& ResultOf(const std::string& owner,
