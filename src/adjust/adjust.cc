@@ -388,7 +388,6 @@ void OrderedPoints::RestoreResult(bool sort_pairs, AdjustResult* result) const {
   }
   RestoreControl(order_, result);
   RestoreListed(order_, &result->checks);
-  if (result->montecarlo_draws) RestoreListed(order_, &result->montecarlo_draws->points);
   for (PairResult& pair : result->pairs) {
     pair.a = order_[pair.a];
     pair.b = order_[pair.b];

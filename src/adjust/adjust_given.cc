@@ -569,14 +569,10 @@ AdjustResult AdjustGiven(const Block& block,
   FillCovariance(problem, state, *system, datum, options, pairs, progress, &result);
   if (options.covariance == CovarianceLevel::kMonteCarlo) {
     timer.emplace("montecarlo", &result.stages);
-    MonteCarloDraws draws =
-        DrawMonteCarlo(problem, state, options, result.points.covariance_m2, progress);
-    if (options.montecarlo_part) {
-      result.montecarlo_draws = std::make_shared<MonteCarloDraws>(std::move(draws));
-    } else {
-      result.montecarlo =
-          ReportMonteCarlo(draws, options.montecarlo_seed, result.points.covariance_m2);
-    }
+    result.montecarlo = ReportMonteCarlo(
+        DrawMonteCarlo(problem, state, options, result.points.covariance_m2, progress),
+        options.montecarlo_seed,
+        result.points.covariance_m2);
   }
   timer.emplace("quality", &result.stages);
   FillCorrectedPaths(problem, state, &result);

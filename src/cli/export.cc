@@ -2,7 +2,6 @@
 #include "exchange/export.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/files/convert.h"
 #include "sarblock/files/result.h"
 #include "sarblock/tables/output.h"
 
@@ -11,6 +10,7 @@
 #include <map>
 #include <memory>
 
+#include "files/convert.h"
 #include "import.h"
 #include "program.h"
 #include "report/result_page.h"

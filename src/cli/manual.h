@@ -64,9 +64,7 @@ struct SetKey {
 [[nodiscard]] std::string ManualMarkdown(const CommandDefinition& program);
 [[nodiscard]] std::string ManualKeys(const CommandDefinition& program);
 
-/// Completion scripts.
+/// Completion script of bash.
 [[nodiscard]] std::string BashCompletion(const CommandDefinition& program);
-[[nodiscard]] std::string ZshCompletion(const CommandDefinition& program);
-[[nodiscard]] std::string FishCompletion(const CommandDefinition& program);
 
 }  // namespace sarblock::cli

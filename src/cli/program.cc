@@ -164,7 +164,7 @@ CLI::Option* AddPrinter(CLI::App* app,
 void AddManualOptions(CLI::App* app) {
   AddPrinter(app,
              "--completion",
-             {{"bash", BashCompletion}, {"zsh", ZshCompletion}, {"fish", FishCompletion}},
+             {{"bash", BashCompletion}},
              "Print the completion script for a shell and end");
   AddPrinter(app,
              "--dump-manual",

@@ -22,6 +22,7 @@ void AddCheck(CLI::App* app, Session* session);
 void AddIntersect(CLI::App* app, Session* session);
 void AddPredict(CLI::App* app, Session* session);
 void AddAdjust(CLI::App* app, Session* session);
+void AddDiagnose(CLI::App* app, Session* session);
 void AddExport(CLI::App* app, Session* session);
 void AddConvert(CLI::App* app, Session* session);
 

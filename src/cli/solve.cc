@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solve.h"
-
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/progress.h"
+#include "sarblock/diagnose/diagnose.h"
 #include "sarblock/files/adjust_options.h"
 #include "sarblock/files/block_file.h"
 #include "sarblock/files/result.h"
@@ -19,11 +18,11 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <string>
 #include <system_error>
 
 #include "core/memory.h"
 #include "core/threads.h"
-#include "files/montecarlo_part.h"
 #include "files/summary.h"
 #include "print_result.h"
 #include "program.h"
@@ -44,7 +43,6 @@ struct SolveArguments {
   std::string rejections;
   double memory_mib = 0.0;
   std::string scratch;
-  AdjustParts parts;
 };
 
 /// What differs between the three commands.
@@ -52,9 +50,27 @@ struct Solver {
   const char* name;
   const char* help;
   Measurements measurements;
-  bool adjusts;  ///< explains a result that fails, draws in parts
+  bool adjusts;  ///< explains a result that fails
   std::function<AdjustResult(BlockFile*, const std::string& folder, ProgressSink*)> solve;
 };
+
+/// The diagnosis of a block that could not be solved, on standard error; nothing with
+/// `diagnose = false`.
+void ExplainRefusal(const BlockFile& file, const Session& session) {
+  if (!file.adjust.diagnose) return;
+  const Diagnosis diagnosis = Diagnose(file.block, file.adjust, session.progress.get());
+  for (const std::string& remark : diagnosis.remarks) session.Warn("sarblock: warning: " + remark);
+  for (const std::string& text : diagnosis.Sentences()) session.Warn("sarblock: " + text);
+}
+
+/// The same of a block that was refused for contradictions as it was read.
+void ExplainUnread(const std::string& folder, ReadOptions read, const Session& session) {
+  read.contradictions = Contradictions::kKeep;
+  try {
+    ExplainRefusal(ReadBlock(folder, read), session);
+  } catch (const InputError&) {  // a file that cannot be read at all: keep its message
+  }
+}
 
 PointPairs PairsOf(const BlockFile& file, const std::string& folder) {
   if (file.adjust.pairs != PairChoice::kList) return {};
@@ -104,10 +120,9 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
                      "allowed");
   }
   if (session.ranks != nullptr) RequireOwnEngine(file.adjust);
-  SetParts(arguments.parts, arguments.out, &file.adjust);
   std::optional<OutputLock> lock;
   RunTogether(session.ranks, [&] {
-    RequireFolderFor(arguments.parts.output(), arguments.out, arguments.foreign);
+    RequireFolderFor(FolderContent::kResult, arguments.out, arguments.foreign);
     if (session.first()) lock.emplace(arguments.out);
   });
   if (!file.adjust.rejections_file.empty()) {
@@ -120,10 +135,6 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
   {
     const StageTimer timer("checksum", &reading);
     context.inputs = ListInputFiles(arguments.block, file.adjust);
-  }
-  std::optional<MonteCarloParts> joined;
-  if (!arguments.parts.join.empty()) {
-    joined.emplace(arguments.parts.join, file.adjust, context.inputs);
   }
   AdjustResult result;
   try {
@@ -142,17 +153,6 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
   context.compression = arguments.gzip ? Compression::kGzip : Compression::kNone;
   const bool failed = arguments.strict && result.assessment.verdict == Verdict::kTestsFailed;
   const int exit_code = result.accepted() && !failed ? kAccepted : kNotAccepted;
-  if (!arguments.parts.part.empty()) {
-    WritePart(arguments.out,
-              file.block,
-              file.adjust,
-              result,
-              context.inputs,
-              context.compression,
-              session);
-    return exit_code;
-  }
-  if (joined) joined->Join(file.block, file.adjust, &result);
   if (solver.adjusts) {
     context.diagnosis =
         ExplainFailure(file.block, file.adjust, file.warnings, &result, session.progress.get());
@@ -180,7 +180,7 @@ void AddSolver(CLI::App* app, Session* session, Solver solver) {
   command->add_flag("--strict", arguments->strict, "Exit code 1 also if a test failed");
   command->add_flag("--gzip", arguments->gzip, "Write the tables compressed (.csv.gz, deflate)");
   AddForce(command, &arguments->foreign);
-  CLI::Option* const report = command->add_flag(
+  command->add_flag(
       "--report", arguments->report, "Write report.html into the result's folder as well");
   command->add_option("--rejections",
                       arguments->rejections,
@@ -188,7 +188,6 @@ void AddSolver(CLI::App* app, Session* session, Solver solver) {
                       "of a result");
   if (solver.adjusts) AddMemory(command, &arguments->memory_mib);
   AddScratch(command, &arguments->scratch);
-  if (solver.adjusts) AddAdjustParts(command, report, &arguments->parts);
   command->callback([=] { session->run = [=] { return RunSolve(solver, *arguments, *session); }; });
 }
 
@@ -377,6 +376,21 @@ struct DiagnoseArguments {
   bool all = false;
 };
 
+std::string DescribeDiagnosis(const Diagnosis& diagnosis) {
+  std::string text;
+  for (const std::string& sentence : diagnosis.Sentences()) text += "  " + sentence + "\n";
+  if (diagnosis.contradicts && diagnosis.explanations.empty()) {
+    text += "  none of " + std::to_string(diagnosis.hypotheses) +
+            " mistakes tried explains half of the excess of v'Pv over its redundancy\n";
+  }
+  if (diagnosis.untried > 0) {
+    text += "  " + std::to_string(diagnosis.untried) +
+            " explanations were not tried, since the work of five adjustments was done: "
+            "sarblock diagnose --all tries them\n";
+  }
+  return text;
+}
+
 int RunDiagnose(const DiagnoseArguments& arguments, const Session& session) {
   ReadOptions read;
   read.set_overrides = session.set;
@@ -430,36 +444,6 @@ int RunDiagnose(const DiagnoseArguments& arguments, const Session& session) {
 }
 
 }  // namespace
-
-void ExplainUnread(const std::string& folder, ReadOptions read, const Session& session) {
-  read.contradictions = Contradictions::kKeep;
-  try {
-    ExplainRefusal(ReadBlock(folder, read), session);
-  } catch (const InputError&) {  // a file that cannot be read at all: keep its message
-  }
-}
-
-void ExplainRefusal(const BlockFile& file, const Session& session) {
-  if (!file.adjust.diagnose) return;
-  const Diagnosis diagnosis = Diagnose(file.block, file.adjust, session.progress.get());
-  for (const std::string& remark : diagnosis.remarks) session.Warn("sarblock: warning: " + remark);
-  for (const std::string& text : diagnosis.Sentences()) session.Warn("sarblock: " + text);
-}
-
-std::string DescribeDiagnosis(const Diagnosis& diagnosis) {
-  std::string text;
-  for (const std::string& sentence : diagnosis.Sentences()) text += "  " + sentence + "\n";
-  if (diagnosis.contradicts && diagnosis.explanations.empty()) {
-    text += "  none of " + std::to_string(diagnosis.hypotheses) +
-            " mistakes tried explains half of the excess of v'Pv over its redundancy\n";
-  }
-  if (diagnosis.untried > 0) {
-    text += "  " + std::to_string(diagnosis.untried) +
-            " explanations were not tried, since the work of five adjustments was done: "
-            "sarblock diagnose --all tries them\n";
-  }
-  return text;
-}
 
 void AddDiagnose(CLI::App* app, Session* session) {
   auto arguments = std::make_shared<DiagnoseArguments>();
@@ -534,60 +518,6 @@ void AddSimulate(CLI::App* app, Session* session) {
   command->add_flag("--gzip", arguments->gzip, "Write the tables compressed (.csv.gz, deflate)");
   AddForce(command, &arguments->foreign);
   command->callback([=] { session->run = [=] { return RunSimulate(*arguments, *session); }; });
-}
-
-void AddAdjustParts(CLI::App* command, CLI::Option* report, AdjustParts* parts) {
-  CLI::Option* const part = AddPart(
-      command,
-      &parts->part,
-      "Only the runs I modulo N of covariance = montecarlo, for --join; I from 0 or from 1");
-  part->excludes(report);
-  command
-      ->add_option("--join",
-                   parts->join,
-                   "Folders of all parts that --part wrote; joins their runs, computes none")
-      ->excludes(part);
-}
-
-void SetParts(const AdjustParts& parts, const std::string& out, AdjustOptions* options) {
-  if (parts.part.empty() && parts.join.empty()) return;
-  if (options->covariance != CovarianceLevel::kMonteCarlo) {
-    throw InputError("adjust.covariance",
-                     "only the runs of \"montecarlo\" have parts; --set covariance=montecarlo is "
-                     "allowed");
-  }
-  RequireNoneOf(parts.join, out);
-  if (!parts.part.empty() && NamesContainer(out)) {
-    throw InputError(FilePlace{out, 0, ""}, "is the name of a file, a part is a folder");
-  }
-  options->montecarlo_part = parts.part.empty() ? TaskPart::None() : TaskPartOf(parts.part);
-}
-
-void WritePart(const std::string& out,
-               const Block& block,
-               const AdjustOptions& options,
-               const AdjustResult& result,
-               const std::vector<InputFile>& inputs,
-               Compression compression,
-               const Session& session) {
-  const MonteCarloDraws& draws = *result.montecarlo_draws;
-  const std::string text = WriteMonteCarloPart(out, block, options, draws, inputs, compression);
-  if (!result.accepted()) {
-    for (const std::string& reason : result.assessment.reasons) {
-      session.Warn("sarblock: the adjustment is not accepted: " + reason);
-    }
-  }
-  if (session.json) {
-    fmt::print("{}", text);
-    return;
-  }
-  session.Print(
-      fmt::format("{}: {} of {} runs written to {}; \"sarblock adjust --join\" makes the result of "
-                  "all parts\n",
-                  NameOf(*options.montecarlo_part),
-                  draws.runs.size(),
-                  options.montecarlo_runs,
-                  out));
 }
 
 }  // namespace sarblock::cli

@@ -231,10 +231,8 @@ void AddStudy(CLI::App* app, Session* session) {
 
 namespace {
 
-constexpr std::array kStages{TradeoffStage::kModel,
-                             TradeoffStage::kSolver,
-                             TradeoffStage::kCovariance,
-                             TradeoffStage::kPrecision};
+constexpr std::array kStages{
+    TradeoffStage::kModel, TradeoffStage::kSolver, TradeoffStage::kCovariance};
 /// Measures rows; holds the block of the size at hand, simulated when its first row is measured.
 class Bench {
  public:
@@ -307,8 +305,7 @@ std::vector<std::string> ChoicesOf(const std::vector<TradeoffRow>& rows, Tradeof
 double ErrorOf(const TradeoffRow& row) {
   const double error = row.stage == TradeoffStage::kCovariance ? row.errors.covariance_error
                                                                : row.errors.position_error;
-  const bool digits = row.stage == TradeoffStage::kSolver || row.stage == TradeoffStage::kPrecision;
-  return std::max(error, digits ? 1e-16 : kSamePosition);
+  return std::max(error, row.stage == TradeoffStage::kSolver ? 1e-16 : kSamePosition);
 }
 
 /// A line a choice through its sizes.

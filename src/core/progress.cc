@@ -33,7 +33,7 @@ CancellationScope::~CancellationScope() { t_current = outer_; }
 const ProgressSink* CancellationScope::Current() { return t_current; }
 
 std::size_t TaskPart::TasksOf(std::size_t tasks) const {
-  return count > 0 && index < tasks ? (tasks - index - 1) / count + 1 : 0;
+  return index < tasks ? (tasks - index - 1) / count + 1 : 0;
 }
 
 std::string NameOf(const TaskPart& part) {

@@ -83,8 +83,8 @@ void ScalePriors(const NameSet& names, double factor, CorrectionModel* model) {
                                    prior.parameters.end(),
                                    [&](const std::string& name) { return names.contains(name); });
     if (!named) continue;
-    prior.covariance *= factor * factor;
-    prior.sigma *= factor;
+    for (double& element : prior.covariance.values) element *= factor * factor;
+    for (double& sigma : prior.sigma) sigma *= factor;
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/files/convert.h"
+#include "convert.h"
 
 #include "sarblock/core/error.h"
 

@@ -524,10 +524,7 @@ JointPrior ReadPrior(const std::string& name, const TomlTable& table) {
   }
   if (const auto sigma = table.Find("sigma")) {
     const std::vector<TomlValue> entries = sigma->Entries();
-    prior.sigma.resize(static_cast<Eigen::Index>(entries.size()));
-    for (std::size_t i = 0; i < entries.size(); ++i) {
-      prior.sigma[static_cast<Eigen::Index>(i)] = entries[i].Positive();
-    }
+    for (const TomlValue& entry : entries) prior.sigma.push_back(entry.Positive());
     if (entries.empty()) sigma->Fail("is empty, one number a parameter is needed");
   }
   static_cast<void>(table.Require("parameters", "a list of names as in passes.csv"));
@@ -540,16 +537,18 @@ std::string TextsText(const std::vector<std::string>& texts) {
   return "[" + out + "]";
 }
 
-std::string NumbersText(const Eigen::Ref<const Eigen::VectorXd>& numbers) {
+std::string NumbersText(const std::vector<double>& numbers) {
   std::string out;
   for (const double number : numbers) out += (out.empty() ? "" : ", ") + NumberText(number);
   return "[" + out + "]";
 }
 
-std::string MatrixText(const Eigen::MatrixXd& matrix) {
+std::string MatrixText(const DenseMatrix& matrix) {
   std::string out;
-  for (Eigen::Index i = 0; i < matrix.rows(); ++i) {
-    out += (i > 0 ? ", " : "") + NumbersText(matrix.row(i).transpose());
+  for (std::size_t i = 0; i < matrix.rows; ++i) {
+    std::vector<double> row;
+    for (std::size_t j = 0; j < matrix.columns; ++j) row.push_back(matrix(i, j));
+    out += (i > 0 ? ", " : "") + NumbersText(row);
   }
   return "[" + out + "]";
 }
@@ -595,9 +594,9 @@ std::string DumpPriors(const std::vector<JointPrior>& priors) {
     if (prior.axes != JointPrior::Axes::kCorrection) {
       line("axes", TomlText(kAxes[static_cast<std::size_t>(prior.axes)]));
     }
-    if (prior.covariance.size() > 0) line("covariance", MatrixText(prior.covariance));
-    if (prior.sigma.size() > 0) line("sigma", NumbersText(prior.sigma));
-    if (prior.correlation.size() > 0) line("correlation", MatrixText(prior.correlation));
+    if (!prior.covariance.empty()) line("covariance", MatrixText(prior.covariance));
+    if (!prior.sigma.empty()) line("sigma", NumbersText(prior.sigma));
+    if (!prior.correlation.empty()) line("correlation", MatrixText(prior.correlation));
   }
   return text;
 }

@@ -281,28 +281,28 @@ class Binder {
 };
 
 std::optional<JointPriorProblem> FindMatrixProblem(const JointPrior& prior) {
-  const bool covariance = prior.covariance.size() > 0;
-  if (!covariance && prior.sigma.size() == 0) {
+  const bool covariance = !prior.covariance.empty();
+  if (!covariance && prior.sigma.empty()) {
     return JointPriorProblem{
         0, "covariance", -1, "is not given, a matrix, or sigma with correlation, is needed"};
   }
-  if (covariance && (prior.sigma.size() > 0 || prior.correlation.size() > 0)) {
+  if (covariance && (!prior.sigma.empty() || !prior.correlation.empty())) {
     return JointPriorProblem{
         0, "covariance", -1, "excludes sigma and correlation; give one of both"};
   }
   if (covariance) {
-    const auto problem = FindCovarianceProblem(prior.parameters, prior.covariance);
+    const auto problem = FindCovarianceProblem(prior.parameters, prior.covariance.matrix());
     if (problem) return JointPriorProblem{0, "covariance", -1, *problem};
     return std::nullopt;
   }
-  if (prior.sigma.size() != static_cast<Eigen::Index>(prior.parameters.size())) {
+  if (prior.sigma.size() != prior.parameters.size()) {
     return JointPriorProblem{0,
                              "sigma",
                              -1,
                              "has " + std::to_string(prior.sigma.size()) + " entries, one a " +
                                  "parameter is needed: " + std::to_string(prior.parameters.size())};
   }
-  for (Eigen::Index i = 0; i < prior.sigma.size(); ++i) {
+  for (std::size_t i = 0; i < prior.sigma.size(); ++i) {
     const double square = prior.sigma[i] * prior.sigma[i];
     if (prior.sigma[i] > 0.0 && square >= kMinVariance && square <= 1.0 / kMinVariance) {
       continue;
@@ -312,10 +312,10 @@ std::optional<JointPriorProblem> FindMatrixProblem(const JointPrior& prior) {
                              static_cast<int>(i),
                              "must be a number above 0, got " + ShortText(prior.sigma[i])};
   }
-  if (prior.correlation.size() == 0) return std::nullopt;
-  const auto problem = FindCovarianceProblem(prior.parameters, prior.correlation);
+  if (prior.correlation.empty()) return std::nullopt;
+  const auto problem = FindCovarianceProblem(prior.parameters, prior.correlation.matrix());
   if (problem) return JointPriorProblem{0, "correlation", -1, *problem};
-  for (Eigen::Index i = 0; i < prior.correlation.rows(); ++i) {
+  for (std::size_t i = 0; i < prior.correlation.rows; ++i) {
     if (prior.correlation(i, i) == 1.0) continue;
     return JointPriorProblem{
         0,
@@ -328,10 +328,11 @@ std::optional<JointPriorProblem> FindMatrixProblem(const JointPrior& prior) {
 
 }  // namespace
 
-Eigen::MatrixXd JointPrior::Covariance() const {
-  if (covariance.size() > 0) return covariance;
-  if (correlation.size() == 0) return sigma.cwiseAbs2().asDiagonal();
-  return sigma.asDiagonal() * correlation * sigma.asDiagonal();
+DenseMatrix JointPrior::Covariance() const {
+  if (!covariance.empty()) return covariance;
+  const Eigen::Map<const Eigen::VectorXd> s(sigma.data(), static_cast<Eigen::Index>(sigma.size()));
+  if (correlation.empty()) return s.cwiseAbs2().asDiagonal();
+  return s.asDiagonal() * correlation.matrix() * s.asDiagonal();
 }
 
 void JointPriorTerm::Set(const Eigen::MatrixXd& q) {
@@ -532,7 +533,9 @@ Eigen::MatrixXd CovarianceOf(const JointPrior& prior,
                              const Pass& pass,
                              PositionCorrection::Axes axes) {
   const JointPrior::Axes own = AxesOf(axes);
-  if (prior.axes == JointPrior::Axes::kCorrection || prior.axes == own) return prior.Covariance();
+  if (prior.axes == JointPrior::Axes::kCorrection || prior.axes == own) {
+    return prior.Covariance().matrix();
+  }
   const std::string field = KeyOf(prior) + ".axes";
   const Eigen::Matrix3d own_from_prior = FrameFromAxes(frame, pass, own, field).transpose() *
                                          FrameFromAxes(frame, pass, prior.axes, field);
@@ -547,7 +550,7 @@ Eigen::MatrixXd CovarianceOf(const JointPrior& prior,
       if (from && from->degree == to->degree) t(i, j) = own_from_prior(to->axis, from->axis);
     }
   }
-  const Eigen::MatrixXd turned = t * prior.Covariance() * t.transpose();
+  const Eigen::MatrixXd turned = t * prior.Covariance().matrix() * t.transpose();
   return 0.5 * (turned + turned.transpose());
 }
 

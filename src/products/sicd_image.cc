@@ -269,8 +269,9 @@ void AddPath(const SicdImage& sicd,
     }
   }
   const Eigen::MatrixXd turned = t * given * t.transpose();
-  prior.covariance = 0.5 * (turned + turned.transpose());
-  if (const auto problem = FindCovarianceProblem(prior.parameters, prior.covariance)) {
+  const Eigen::MatrixXd covariance = 0.5 * (turned + turned.transpose());
+  prior.covariance = covariance;
+  if (const auto problem = FindCovarianceProblem(prior.parameters, covariance)) {
     out->warnings.push_back(
         fmt::format("{}: SICD.ErrorStatistics.Components.PosVelErr is no prior of the path, which "
                     "counts as exact: {}",

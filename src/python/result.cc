@@ -4,7 +4,6 @@
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
 #include "sarblock/diagnose/diagnose.h"
-#include "sarblock/files/convert.h"
 #include "sarblock/tables/output.h"
 
 #include <algorithm>
@@ -16,6 +15,7 @@
 #include <vector>
 
 #include "arrays.h"
+#include "files/convert.h"
 #include "module.h"
 #include "tables/open.h"
 #include "tables/table.h"

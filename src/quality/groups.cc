@@ -69,7 +69,7 @@ void TestJointPriors(const AdjustResult& result, std::vector<PriorTest>* tests) 
     const JointPriorResult& prior = result.joint_priors[p];
     const Eigen::MatrixXd& c = covariances[p];
     JointPriorTerm term;
-    term.Set(prior.covariance);
+    term.Set(prior.covariance.matrix());
     const Eigen::Index size = c.rows();
     Eigen::VectorXd value(size);
     for (Eigen::Index i = 0; i < size; ++i) {

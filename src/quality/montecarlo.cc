@@ -213,12 +213,10 @@ class Collector {
     for (std::size_t i = 0; i < limit_.size(); ++i) {
       limit_[i] = ChiSquareQuantile(MonteCarloReport::kLevels[i], 3.0);
     }
-    Digest(std::span(state.corrections.data(), static_cast<std::size_t>(state.corrections.size())));
   }
 
-  void Add(std::size_t number, const RunErrors& errors) {
+  void Add(const RunErrors& errors) {
     MonteCarloRun run;
-    run.run = static_cast<std::uint32_t>(number);
     run.converged = !errors.empty();
     for (std::size_t k = 0; run.converged && k < draws_.points.size(); ++k) {
       MonteCarloPoint& sums = draws_.points[k];
@@ -226,16 +224,16 @@ class Collector {
       const double square = SquareOf(references_[k].whiten, normal);
       for (std::size_t i = 0; i < 3; ++i) {
         const double own = normal[static_cast<Eigen::Index>(i)];
-        sums.product[i].Add(own * own);
+        sums.product[i] += own * own;
         run.variance_ratio[i] += own * own;
         if (square > limit_[i]) continue;
         ++sums.inside[i];
         run.inside[i] += 1.0;
       }
-      sums.product[3].Add(normal[0] * normal[1]);
-      sums.product[4].Add(normal[0] * normal[2]);
-      sums.product[5].Add(normal[1] * normal[2]);
-      sums.square.Add(square);
+      sums.product[3] += normal[0] * normal[1];
+      sums.product[4] += normal[0] * normal[2];
+      sums.product[5] += normal[1] * normal[2];
+      sums.square += square;
       run.square += square / 3.0;
     }
     const double count = std::max(1.0, static_cast<double>(draws_.points.size()));
@@ -269,17 +267,11 @@ class Collector {
     }
     references_.push_back(reference);
     draws_.points.emplace_back().point = static_cast<std::uint32_t>(point);
-    Digest(std::span(position_m.data(), 3));
-    Digest(std::span(covariance_m2));
-  }
-
-  void Digest(std::span<const double> values) {
-    draws_.solution = Fnv1a(std::as_bytes(values), draws_.solution);
   }
 
   std::vector<Reference> references_;
   std::array<double, 3> limit_{};
-  MonteCarloDraws draws_{.solution = kFnv1aStart, .runs = {}, .points = {}};
+  MonteCarloDraws draws_;
 };
 
 }  // namespace
@@ -292,21 +284,18 @@ MonteCarloDraws DrawMonteCarlo(const AdjustmentProblem& problem,
   AdjustOptions alone = options;
   alone.threads = 1;  // of Ceres, whose sums depend on its threads
   Collector collector(problem, state, covariance_m2);
-  const TaskPart part = options.montecarlo_part.value_or(TaskPart{});
-  const std::size_t runs = part.TasksOf(static_cast<std::size_t>(options.montecarlo_runs));
-  if (runs == 0) return std::move(collector).Take();
+  const auto runs = static_cast<std::size_t>(options.montecarlo_runs);
   const ExactReadings exact = ReadExactly(problem, state);
   std::vector<RunErrors> errors(kRunsPerBatch);
   for (std::size_t first = 0; first < runs; first += kRunsPerBatch) {
     Step(progress, "montecarlo", first, runs);
     const std::size_t count = std::min(kRunsPerBatch, runs - first);
-    const auto number = [&](std::size_t i) { return part.index + (first + i) * part.count; };
     ParallelForChunks(count, 1, [&](std::size_t, std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
-        errors[i] = AdjustRun(problem, state, alone, exact, number(i));
+        errors[i] = AdjustRun(problem, state, alone, exact, first + i);
       }
     });
-    for (std::size_t i = 0; i < count; ++i) collector.Add(number(i), errors[i]);
+    for (std::size_t i = 0; i < count; ++i) collector.Add(errors[i]);
   }
   Step(progress, "montecarlo", runs, runs);
   return std::move(collector).Take();
@@ -372,9 +361,9 @@ void FillPoints(const MonteCarloDraws& draws,
       const auto [i, j] = kElements[k];
       const double unit_m2 =
           i == j ? rigorous_m2[i] : std::sqrt(rigorous_m2[i]) * std::sqrt(rigorous_m2[j]);
-      report->sample_m2[sums.point][k] = unit_m2 * (sums.product[k].Value() / runs);
+      report->sample_m2[sums.point][k] = unit_m2 * (sums.product[k] / runs);
     }
-    const double square = sums.square.Value();
+    const double square = sums.square;
     if (!allowed.Contains(square)) ++report->points_outside;
     report->square[sums.point] = square / (3.0 * runs);
     for (std::size_t i = 0; i < 3; ++i) report->inside[i][sums.point] = sums.inside[i];

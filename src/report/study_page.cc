@@ -539,7 +539,6 @@ std::string StageInWords(const std::string& stage) {
   if (stage == "model") return "Model of the block";
   if (stage == "solver") return "Solver";
   if (stage == "covariance") return "Covariance";
-  if (stage == "precision") return "Arithmetic";
   return Capital(stage);
 }
 

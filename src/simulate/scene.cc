@@ -411,7 +411,7 @@ JointSigmas SumJointSigmas(const std::vector<JointPrior>& joint) {
   constexpr std::array<double, 3> kEndSlopes = {0.0, 1.0, 3.0};  // of Legendre polynomials
   JointSigmas out;
   for (const JointPrior& prior : joint) {
-    const Eigen::VectorXd sigma = prior.Covariance().diagonal().cwiseSqrt();
+    const Eigen::VectorXd sigma = prior.Covariance().matrix().diagonal().cwiseSqrt();
     for (std::size_t i = 0; i < prior.parameters.size(); ++i) {
       const double own = sigma[static_cast<Eigen::Index>(i)];
       const auto drawn = ParseDrawn(prior, prior.parameters[i]);

@@ -233,7 +233,7 @@ void AddJointErrors(const std::vector<JointPrior>& joint,
   for (const JointPrior& prior : joint) {
     JointPriorTerm term;
     term.name = prior.name;
-    term.Set(prior.Covariance());
+    term.Set(prior.Covariance().matrix());
     Eigen::VectorXd normal(term.factor.rows());
     for (double& value : normal) value = random.Normal();
     if (Covers(prior, pass.id)) AddDrawn(prior, frame, pass, term.factor * normal, error);

@@ -20,7 +20,6 @@
 #include <type_traits>
 #include <utility>
 
-#include "arithmetic.h"
 #include "block/read_recorded.h"
 #include "core/threads.h"
 #include "linear/dense.h"
@@ -141,8 +140,6 @@ const char* NameOf(TradeoffStage stage) {
       return "solver";
     case TradeoffStage::kCovariance:
       return "covariance";
-    case TradeoffStage::kPrecision:
-      return "precision";
   }
   return "";
 }
@@ -153,45 +150,12 @@ struct TradeoffBench::Impl {
   SimulatedBlock simulated;
   std::size_t points = 0;
   TradeoffAnswer best;
-  std::optional<TradeoffAnswer> best_arithmetic;
   std::optional<Block> two_looks;
-  AdjustOptions options;  // of the reference
-  /// For arithmetic: the problem at its start, made when first needed.
-  std::unique_ptr<AdjustmentProblem> problem;
-  BlockState start;
-  std::vector<LookWeights> weights;
 
-  void Prepare(const TradeoffChoice& choice, ProgressSink* progress) {
-    if (choice.run == TradeoffChoice::Run::kTwoLooks && !two_looks) {
-      const ThreadLimit limit(choice.options.threads);
-      two_looks = TwoLooksOf(simulated.block);
-    }
-    if (choice.run != TradeoffChoice::Run::kArithmetic || problem != nullptr) return;
-    const ThreadLimit limit(options.threads);
-    problem = std::make_unique<AdjustmentProblem>(
-        simulated.block, options.groups, Simplified{}, options.priors);
-    start = ComputeStartValues(problem.get(), progress).state;
-    weights = problem->weights;
-    best_arithmetic = RunArithmetic(Arithmetic::kExtended, Elimination::kQr, progress);
-  }
-
-  [[nodiscard]] TradeoffAnswer RunArithmetic(Arithmetic arithmetic,
-                                             Elimination elimination,
-                                             ProgressSink* progress) {
-    problem->weights = weights;
-    ArithmeticSolution solution =
-        SolveInArithmetic(arithmetic, elimination, start, problem.get(), progress);
-    TradeoffAnswer out;
-    out.accepted = solution.solved;
-    out.iterations = solution.iterations;
-    out.corrections = problem->layout.parameters.size();
-    out.note = std::move(solution.problem);
-    out.covariance_m2 = std::move(solution.covariance_m2);
-    out.position_m.assign(simulated.block.points.size(), Eigen::Vector3d::Constant(kNotGiven));
-    for (std::size_t i = 0; i < out.position_m.size(); ++i) {
-      if (solution.solved && problem->Solves(i)) out.position_m[i] = solution.state.Position(i);
-    }
-    return out;
+  void Prepare(const TradeoffChoice& choice) {
+    if (choice.run != TradeoffChoice::Run::kTwoLooks || two_looks) return;
+    const ThreadLimit limit(choice.options.threads);
+    two_looks = TwoLooksOf(simulated.block);
   }
 
   [[nodiscard]] TradeoffAnswer Run(const TradeoffChoice& choice, ProgressSink* progress) {
@@ -202,9 +166,7 @@ struct TradeoffBench::Impl {
       case TradeoffChoice::Run::kTwoLooks:
         return AnswerOf(IntersectBlock(*two_looks, choice.options, progress),
                         choice.options.covariance);
-      case TradeoffChoice::Run::kArithmetic:
-        return RunArithmetic(choice.arithmetic, choice.elimination, progress);
-      default:
+      case TradeoffChoice::Run::kAdjust:
         break;
     }
     const Block& block = simulated.block;
@@ -223,7 +185,6 @@ TradeoffBench::TradeoffBench(SimulatedBlock simulated,
     : impl_(std::make_unique<Impl>()) {
   impl_->simulated = std::move(simulated);
   impl_->points = points;
-  impl_->options = reference.options;
   TradeoffChoice tight = reference;
   tight.options.tolerance = kBestTolerance;
   impl_->best = impl_->Run(tight, progress);
@@ -273,8 +234,8 @@ TradeoffRow TradeoffBench::Measure(const TradeoffChoice& choice,
   std::vector<double> wall_s, cpu_s, peak_mib, own_s, ratio;
   TradeoffAnswer answer;
   try {
-    impl_->Prepare(choice, progress);
-    impl_->Prepare(reference, progress);
+    impl_->Prepare(choice);
+    impl_->Prepare(reference);
     const auto run_choice = [&] {
       answer = {};  // its memory does not count in the next run
       const RunCost cost = MeasureRun([&] { answer = impl_->Run(choice, progress); });
@@ -322,11 +283,8 @@ TradeoffRow TradeoffBench::Measure(const TradeoffChoice& choice,
   row.corrections = answer.corrections;
   row.accepted = answer.accepted;
   row.note = answer.note;
-  const bool arithmetic = choice.run == TradeoffChoice::Run::kArithmetic;
-  row.errors = CompareAnswers(impl_->simulated.block,
-                              answer,
-                              arithmetic ? *impl_->best_arithmetic : impl_->best,
-                              impl_->simulated.truth.points_m);
+  row.errors =
+      CompareAnswers(impl_->simulated.block, answer, impl_->best, impl_->simulated.truth.points_m);
   return row;
 }
 
@@ -405,10 +363,7 @@ void Find(std::initializer_list<Named> all, const std::string& name, Named* out)
 }
 
 void Read(const StudyTable& table, std::size_t row, std::string_view name, TradeoffStage* stage) {
-  Find({TradeoffStage::kModel,
-        TradeoffStage::kSolver,
-        TradeoffStage::kCovariance,
-        TradeoffStage::kPrecision},
+  Find({TradeoffStage::kModel, TradeoffStage::kSolver, TradeoffStage::kCovariance},
        table.Text(row, name),
        stage);
 }
@@ -710,12 +665,6 @@ std::string Recommend(const std::vector<TradeoffRow>& rows,
         Pace(closed->speed_ratio),
         closed->errors.position_error,
         std::sqrt(closed->errors.nees));
-  }
-  const TradeoffRow* single = Named(rows, TradeoffStage::kPrecision, points, "single");
-  if (single != nullptr && Competes(*single)) {
-    text += fmt::format("; single precision would be {} and {:.1g} sigmas off",
-                        Pace(single->speed_ratio),
-                        single->errors.position_error);
   }
   return text;
 }

@@ -15,7 +15,6 @@
 #include <string>
 #include <vector>
 
-#include "arithmetic.h"
 #include "study.h"
 #include <Eigen/Core>
 
@@ -23,7 +22,7 @@ namespace sarblock {
 
 /// The study of speed against accuracy (docs/studies/tradeoff.md): what a user can choose, one
 /// stage at a time, each choice against the reference of its stage on blocks of known truth.
-enum class TradeoffStage { kModel, kSolver, kCovariance, kPrecision };
+enum class TradeoffStage { kModel, kSolver, kCovariance };
 [[nodiscard]] const char* NameOf(TradeoffStage stage);  ///< "model", "solver", ...
 
 /// How speed is measured. CPU time, of all threads, is for a machine that does other work too; it
@@ -34,18 +33,14 @@ enum class TradeoffClock { kWall, kCpu };
 /// One row to measure.
 struct TradeoffChoice {
   enum class Run {
-    kAdjust,      ///< Adjust() with `options`
-    kIntersect,   ///< IntersectBlock(): all looks of a point, flight paths fixed
-    kTwoLooks,    ///< the same of the two looks of each point that intersect best
-    kArithmetic,  ///< SolveInArithmetic() from the start values, in `arithmetic` by `elimination`,
-                  ///< with the correction groups of the bench's reference
+    kAdjust,     ///< Adjust() with `options`
+    kIntersect,  ///< IntersectBlock(): all looks of a point, flight paths fixed
+    kTwoLooks,   ///< the same of the two looks of each point that intersect best
   };
   TradeoffStage stage = TradeoffStage::kModel;
   std::string name;
   Run run = Run::kAdjust;
-  AdjustOptions options;  ///< threads included; not used by kArithmetic
-  Arithmetic arithmetic = Arithmetic::kDouble;
-  Elimination elimination = Elimination::kQr;
+  AdjustOptions options;  ///< threads included
   /// kAdjust: how the recorded flights are read, the time of it included; nothing: as they are in
   /// the block, before the clock runs.
   std::optional<PathThrough> through;
@@ -131,9 +126,9 @@ struct TradeoffGoal {
 };
 /// One sentence a size: the fastest solver and covariance that are on the Pareto set and good
 /// enough, with the time of the adjustment and its threads; then, for comparison, what the row
-/// `leberl` of the models and the row `single` of the arithmetics gain and lose; of a study of
-/// models alone the fastest of them that is good enough. "100000 points:
-/// reduced, double, block: 0.30 s on 2 threads, ...; leberl is 40 times faster, ...".
+/// `leberl` of the models gains and loses; of a study of models alone the fastest of them that is
+/// good enough. "100000 points: reduced, double, block: 0.30 s on 2 threads, ...; leberl is 40
+/// times faster, ...".
 [[nodiscard]] std::string Recommend(const std::vector<TradeoffRow>& rows,
                                     std::size_t points,
                                     const TradeoffGoal& goal);
@@ -156,7 +151,7 @@ struct TradeoffRepeats {
 class TradeoffBench {
  public:
   /// Solves the block once with `reference`, to kBestTolerance instead of its own: the best
-  /// answer. For arithmetic it is that of Arithmetic::kExtended by kQr.
+  /// answer.
   TradeoffBench(SimulatedBlock simulated,
                 std::size_t points,
                 const TradeoffChoice& reference,

@@ -71,29 +71,16 @@ TradeoffEntry ReadChoice(SceneTable table) {
   using Run = TradeoffChoice::Run;
   TradeoffEntry entry;
   if (!table.Has("stage")) throw InputError(table.PlaceOf("stage"), "must be given");
-  constexpr std::array kStages{TradeoffStage::kModel,
-                               TradeoffStage::kSolver,
-                               TradeoffStage::kCovariance,
-                               TradeoffStage::kPrecision};
+  constexpr std::array kStages{
+      TradeoffStage::kModel, TradeoffStage::kSolver, TradeoffStage::kCovariance};
   table.Choice("stage", kStages, &entry.choice.stage);
   table.Text("name", &entry.choice.name);
   if (entry.choice.name.empty()) throw InputError(table.PlaceOf("name"), "must be given");
   table.Truth("reference", &entry.reference);
-  table.Choice<Run>("run",
-                    {{"adjust", Run::kAdjust},
-                     {"intersect", Run::kIntersect},
-                     {"two-looks", Run::kTwoLooks},
-                     {"arithmetic", Run::kArithmetic}},
-                    &entry.choice.run);
-  table.Choice<Arithmetic>("arithmetic",
-                           {{NameOf(Arithmetic::kSingle), Arithmetic::kSingle},
-                            {NameOf(Arithmetic::kDouble), Arithmetic::kDouble},
-                            {NameOf(Arithmetic::kExtended), Arithmetic::kExtended}},
-                           &entry.choice.arithmetic);
-  table.Choice<Elimination>("elimination",
-                            {{NameOf(Elimination::kQr), Elimination::kQr},
-                             {NameOf(Elimination::kNormals), Elimination::kNormals}},
-                            &entry.choice.elimination);
+  table.Choice<Run>(
+      "run",
+      {{"adjust", Run::kAdjust}, {"intersect", Run::kIntersect}, {"two-looks", Run::kTwoLooks}},
+      &entry.choice.run);
   if (table.Has("through")) {
     if (entry.choice.run != Run::kAdjust) {
       throw InputError(table.PlaceOf("through"), "goes with run = \"adjust\" only");
@@ -105,10 +92,6 @@ TradeoffEntry ReadChoice(SceneTable table) {
   Whole(&table, "threads", 1024, &entry.threads);
   Whole(&table, "repeats", kMaxRepeats, &entry.repeats);
   entry.set = Texts(&table, "set");
-  if (!entry.set.empty() && entry.choice.run == Run::kArithmetic) {
-    throw InputError(table.PlaceOf("set"),
-                     "does not go with run = \"arithmetic\", which has the reference's model");
-  }
   table.Finish();
   return entry;
 }
@@ -214,7 +197,6 @@ std::string TradeoffStudy::WhyNotRun(const TradeoffEntry& entry, const TradeoffS
 }
 
 int TradeoffEntry::ThreadsOf(int session) const {
-  if (choice.run == TradeoffChoice::Run::kArithmetic) return 1;
   return threads > 0 ? std::min(threads, session) : session;
 }
 
@@ -280,8 +262,6 @@ std::vector<std::string> TradeoffKeys() {
                           "name",
                           "reference",
                           "run",
-                          "arithmetic",
-                          "elimination",
                           "most_points",
                           "reason",
                           "threads",

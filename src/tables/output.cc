@@ -259,7 +259,6 @@ namespace {
 namespace fs = std::filesystem;
 
 const char* MarkerOf(FolderContent content) {
-  if (content == FolderContent::kPart) return "part.json";
   return content == FolderContent::kResult ? "summary.json" : "block.toml";
 }
 
@@ -413,8 +412,6 @@ bool HoldsOurs(FolderContent content, const fs::path& folder) {
       return IsBlockOfOurs(folder);
     case FolderContent::kStudy:
       return IsStudyOfOurs(folder);
-    case FolderContent::kPart:
-      return HasFormat(folder / "part.json", "sarblock-part ");
   }
   return false;
 }

@@ -55,10 +55,7 @@ std::span<const TableDescription> TablesOf(FolderContent content) {
        {"pairs", kPairColumns},
        {"montecarlo", kMonteCarloColumns},
        {"trajectories", kPathColumns}}};
-  static constexpr std::array<TableDescription, 2> kPart{
-      {{"draws", kDrawColumns}, {"sums", kSumColumns}}};
   if (content == FolderContent::kBlock) return kBlock;
-  if (content == FolderContent::kPart) return kPart;
   return kResult;
 }
 

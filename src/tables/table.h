@@ -321,31 +321,6 @@ inline constexpr Columns kMonteCarloColumns{{
     {"coverage_90"},
     {"coverage_99"},
 }};
-inline constexpr Columns kDrawColumns{{
-    {"run", column::kRequired, CellKind::kCount},
-    {"converged", column::kRequired, CellKind::kFlag},
-    {"variance_ratio_e", column::kRequired},
-    {"variance_ratio_n", column::kRequired},
-    {"variance_ratio_u", column::kRequired},
-    {"normalised_square", column::kRequired},
-    {"coverage_50", column::kRequired},
-    {"coverage_90", column::kRequired},
-    {"coverage_99", column::kRequired},
-}};
-inline constexpr Columns kSumColumns{{
-    {"point", column::kRequired, CellKind::kPoint},
-    {"sum_ee", column::kRequired, CellKind::kText},  // integers of more digits than a double has
-    {"sum_nn", column::kRequired, CellKind::kText},
-    {"sum_uu", column::kRequired, CellKind::kText},
-    {"sum_en", column::kRequired, CellKind::kText},
-    {"sum_eu", column::kRequired, CellKind::kText},
-    {"sum_nu", column::kRequired, CellKind::kText},
-    {"sum_square", column::kRequired, CellKind::kText},
-    {"inside_50", column::kRequired, CellKind::kCount},
-    {"inside_90", column::kRequired, CellKind::kCount},
-    {"inside_99", column::kRequired, CellKind::kCount},
-}};
-
 /// What `work` returns; an InputError of it that does not begin with the file or folder `input`,
 /// because what throws knows no files, names it.
 template <typename Work>

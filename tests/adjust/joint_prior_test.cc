@@ -133,7 +133,7 @@ TEST_P(JointPriorBlockTest, TestsOfPriorsAreThoseOfTheirFullMatrix) {
   ASSERT_EQ(result.joint_priors.size(), known_.block.passes.size());
   double strongest = 0.0;
   for (const JointPriorResult& prior : result.joint_priors) {
-    const Eigen::MatrixXd p = prior.covariance.fullPivLu().inverse();
+    const Eigen::MatrixXd p = prior.covariance.matrix().fullPivLu().inverse();
     std::vector<Eigen::Index> columns;
     Eigen::VectorXd v(p.rows());
     for (Eigen::Index i = 0; i < p.rows(); ++i) {
@@ -141,7 +141,7 @@ TEST_P(JointPriorBlockTest, TestsOfPriorsAreThoseOfTheirFullMatrix) {
       columns.push_back(dense.equations.first_correction + static_cast<Eigen::Index>(parameter));
       v[i] = result.parameters[parameter].value;
     }
-    const Eigen::MatrixXd q_vv = prior.covariance - dense.covariance(columns, columns);
+    const Eigen::MatrixXd q_vv = prior.covariance.matrix() - dense.covariance(columns, columns);
     for (Eigen::Index i = 0; i < p.rows(); ++i) {
       const PriorTest& test = tests[prior.parameters[static_cast<std::size_t>(i)]];
       EXPECT_NEAR(test.redundancy, (q_vv * p)(i, i), 1e-8);
@@ -149,7 +149,7 @@ TEST_P(JointPriorBlockTest, TestsOfPriorsAreThoseOfTheirFullMatrix) {
       EXPECT_NEAR(test.square, v[i] * (p * v)[i], 1e-8);
       const double alone = 1.0 - dense.covariance(columns[static_cast<std::size_t>(i)],
                                                   columns[static_cast<std::size_t>(i)]) /
-                                     prior.covariance(i, i);
+                                     prior.covariance.matrix()(i, i);
       strongest = std::max(strongest, std::abs(alone - test.redundancy));
     }
   }
@@ -192,16 +192,17 @@ JointPrior Turned(const std::string& pass,
   prior.name = "of-" + pass;
   prior.passes = {pass};
   prior.axes = axes;
-  prior.covariance = Eigen::MatrixXd::Zero(6, 6);
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(6, 6);
   for (std::size_t degree = 0; degree < 2; ++degree) {
     const Eigen::Vector3d sigma_m(kSigmas_m[degree].data());
     const auto at = static_cast<Eigen::Index>(3 * degree);
-    prior.covariance.block<3, 3>(at, at) =
+    covariance.block<3, 3>(at, at) =
         frame_from_axes.transpose() * sigma_m.cwiseAbs2().asDiagonal() * frame_from_axes;
     for (const char* name : names) {
       prior.parameters.push_back("position." + std::string(name) + "." + std::to_string(degree));
     }
   }
+  prior.covariance = covariance;
   return prior;
 }
 
@@ -294,7 +295,7 @@ TEST(JointPriorDrawsTest, RedrawnPriorsHaveTheirCovariance) {
   const ExactReadings exact = ReadExactly(problem, state);
   constexpr int kRuns = 400;
   const Eigen::MatrixXd u =
-      options.priors[0].covariance.fullPivLu().inverse().eval().llt().matrixU();
+      options.priors[0].covariance.matrix().fullPivLu().inverse().eval().llt().matrixU();
   std::map<Eigen::Index, double> each;
   double all = 0.0;
   Block block = known.block;
@@ -371,7 +372,7 @@ TEST(JointPriorTest, AnErrorThatOnlyCorrelationsForbidContradictsThePrior) {
   JointPrior prior;
   prior.name = "p";
   prior.parameters = {"position.x.0", "position.y.0", "position.z.0"};
-  prior.sigma = Eigen::Vector3d(10.0, 10.0, 10.0);
+  prior.sigma = {10.0, 10.0, 10.0};
   options.priors = {prior};
   test::ShiftPath(0, {0.0, 13.0, -13.0}, &known.block);
   EXPECT_THAT(Adjust(known.block, options).assessment.reasons, testing::IsEmpty());

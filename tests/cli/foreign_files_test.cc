@@ -31,16 +31,6 @@ class ForeignFilesTest : public test::CliTest {
  protected:
   static constexpr const char* kForeign = "years of work\n";
 
-  /// The adjustment of the first block with 30 runs of drawn noise.
-  [[nodiscard]] std::vector<std::string> Drawn(const std::vector<std::string>& more) const {
-    std::vector<std::string> arguments = {"adjust", folder_ / "block"};
-    for (const char* set : {"covariance=montecarlo", "montecarlo_runs=30"}) {
-      arguments.insert(arguments.end(), {"--set", set});
-    }
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    return arguments;
-  }
-
   [[nodiscard]] std::vector<Writer> Writers() const {
     const std::string scenes = std::string(SARBLOCK_DATASETS) + "/scenes/";
     const std::string block = folder_ / "block", result = folder_ / "result";
@@ -96,8 +86,6 @@ class ForeignFilesTest : public test::CliTest {
         {"intersect", {"intersect", block, "--report"}, ""},
         {"predict", {"predict", block, "--gzip"}, ""},
         {"adjust", {"adjust", block, "--report", "--set", "pairs=neighbours"}, ""},
-        {"adjust", Drawn({"--part", "1/2"}), ""},
-        {"adjust", Drawn({"--join", folder_ / "draws1", folder_ / "draws2"}), ""},
         {"report", {"report", result}, "page.html"},
         {"report", {"report", result, result}, "page.html"},
         {"export", {"export", imported, "--format", "geojson"}, "out.geojson"},
@@ -151,15 +139,10 @@ class ForeignFilesTest : public test::CliTest {
   }
 
   /// What the rows above read: a result in a local frame and one of an import, with epochs,
-  /// the parts of a study and of an adjustment's draws.
+  /// and the parts of a study.
   void MakeInputs() const {
     const Path block = Simulated("leberl-aircraft", "block");
     ASSERT_EQ(Run("adjust", block, "result").exit_code, 0);
-    for (const std::string part : {"1", "2"}) {
-      const ProgramRun run =
-          RunProgram(Drawn({"--part", part + "/2", "-o", folder_ / ("draws" + part)}));
-      ASSERT_EQ(run.exit_code, 0) << run.err;
-    }
     test::NisarFile{}.Write(folder_ / "rslc.h5");
     const Path corpus = Path(SARBLOCK_FUZZ_CORPUS) / "product";
     const ProgramRun import = RunProgram({"import",

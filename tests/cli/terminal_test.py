@@ -108,15 +108,6 @@ class TerminalTest(unittest.TestCase):
         self.assertEqual(lines, ["sarblock: interrupted during montecarlo"])
         self.assertFalse((self.folder / "result" / "summary.json").exists())
 
-    def test_an_interrupted_part_leaves_the_part_of_before(self):
-        self.assertEqual(self.adjust(30, "--part", "1/2", "-q", out="part").end(), 0)
-        before = {file.name: file.read_bytes() for file in (self.folder / "part").iterdir()}
-        terminal = self.adjust(1000000, "--part", "1/2", out="part")
-        terminal.read(until=" %")
-        os.killpg(terminal.process.pid, signal.SIGINT)
-        self.assertEqual(terminal.end(), 1)
-        self.assertEqual({file.name: file.read_bytes() for file in (self.folder / "part").iterdir()}, before)
-
     def test_quiet_is_silent(self):
         terminal = Terminal("adjust", self.block, "-o", self.folder / "result", "-q")
         self.assertEqual(terminal.end(), 0)

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/files/convert.h"
-
 #include <filesystem>
 #include <string_view>
 
+#include "files/convert.h"
 #include "fuzz/container_edit.h"
 #include "fuzz/fuzz_targets.h"
 

@@ -14,7 +14,6 @@
 #include <utility>
 #include <vector>
 
-#include "files/montecarlo_part.h"
 #include "studies/densification_file.h"
 #include "studies/stability.h"
 #include "studies/tradeoff_study.h"
@@ -166,41 +165,6 @@ inline void Result(std::string_view text) {
   with(&ResultTexts::strips_csv);
   with(&ResultTexts::selection_csv);
   with(&ResultTexts::simplifications_csv);
-}
-
-inline constexpr std::string_view kPartJson =
-    R"({"format": "sarblock-part 1", "version": "0", "block": "b", "part": "2/2", "runs": 2,
-"failed": 1, "solution": "0123456789abcdef", "tables": [{"file": "draws.csv", "bytes": 1,
-"sha256": "00"}], "inputs": [], "configuration": {"montecarlo_runs": 4}})";
-inline constexpr std::string_view kDraws =
-    "run,converged,variance_ratio_e,variance_ratio_n,variance_ratio_u,normalised_square,"
-    "coverage_50,coverage_90,coverage_99\n0,1,1.5,0.5,1,1,0,1,1\n2,0,,,,,,,\n";
-inline constexpr std::string_view kSums =
-    "point,sum_ee,sum_nn,sum_uu,sum_en,sum_eu,sum_nu,sum_square,inside_50,inside_90,inside_99\n"
-    "P,1729382256910270464,576460752303423488,1152921504606846976,-5,0,7,3458764513820540928,0,1,1"
-    "\n";
-
-/// The text as each file of a part of an adjustment; a part that is accepted has its runs, and sums
-/// that they can have.
-inline void Part(std::string_view text) {
-  const auto run = [](FileTexts texts) {
-    AllowInputError([&] {
-      const auto source = TablesOfTexts(std::move(texts), FolderContent::kPart);
-      const PartOrigin origin = ReadPartOrigin(*source);
-      Check(origin.part.count >= 1 && origin.part.index < origin.part.count);
-      MonteCarloDraws draws;
-      draws.points.emplace_back();
-      IdTable ids;
-      ids.Append("P");
-      AddPartTables(*source, origin.part, 4, ids, &draws);
-      Check(draws.runs.size() == origin.part.TasksOf(4));
-      Check(draws.points.size() == 1 && draws.points[0].inside[0] <= draws.runs.size());
-      Check(draws.points[0].square.HasTerms(static_cast<std::uint32_t>(draws.runs.size())));
-    });
-  };
-  run({{"part.json", text}, {"draws.csv", kDraws}, {"sums.csv", kSums}});
-  run({{"part.json", kPartJson}, {"draws.csv", text}, {"sums.csv", kSums}});
-  run({{"part.json", kPartJson}, {"draws.csv", kDraws}, {"sums.csv", text}});
 }
 
 inline constexpr std::string_view kScene =

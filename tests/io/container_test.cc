@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Blocks and results in one HDF5 file: round trips against the folder, and what is refused.
-#include "sarblock/files/convert.h"
 #include "sarblock/files/result.h"
 #include "sarblock/tables/output.h"
 
@@ -9,6 +8,7 @@
 #include <cstdio>
 #include <fstream>
 
+#include "files/convert.h"
 #include "fuzz/container_fuzz_targets.h"
 #include "io/result_fixture.h"
 #include "tables/hdf5_file.h"

@@ -68,13 +68,6 @@ TEST_F(FuzzCorpusTest, ResultsAreReadOrRefused) {
       {fuzz::kSummary, fuzz::kResultPoints, fuzz::kResultPasses, fuzz::kResiduals, fuzz::kPaths})));
 }
 
-TEST_F(FuzzCorpusTest, PartsAreReadOrRefused) {
-  const std::vector<std::string> texts = Corpus("part");
-  EXPECT_GE(texts.size(), 20u);
-  for (const std::string& text : texts) EXPECT_NO_THROW(fuzz::Part(text));
-  EXPECT_NO_THROW(fuzz::Part(fuzz::kDraws));
-}
-
 TEST_F(FuzzCorpusTest, StudiesAreReadOrRefused) {
   const std::vector<std::string> texts = Corpus("study");
   EXPECT_GE(texts.size(), 20u);

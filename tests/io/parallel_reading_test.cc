@@ -3,7 +3,6 @@
 // refused, is what one thread reading row by row would have found.
 #include "sarblock/core/error.h"
 #include "sarblock/files/block_file.h"
-#include "sarblock/files/convert.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -12,6 +11,7 @@
 #include <vector>
 
 #include "core/threads.h"
+#include "files/convert.h"
 #include "io/io_fixture.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

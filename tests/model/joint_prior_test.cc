@@ -35,18 +35,19 @@ std::vector<Refused> RefusedPriors() {
     std::get<RangeCorrection>(o->groups[1].model).bias_prior_sigma_m = 0.5;
   };
   const auto singular = [](AdjustOptions* o) {
-    Eigen::MatrixXd& q = PriorOf(o).covariance;
+    Eigen::MatrixXd q = PriorOf(o).covariance.matrix();
     q.row(1) = 2.0 * q.row(0);
     q.col(1) = 2.0 * q.col(0);
     q(1, 1) = 4.0 * q(0, 0);
+    PriorOf(o).covariance = q;
   };
   const auto indefinite = [](AdjustOptions* o) {
-    PriorOf(o).covariance.setIdentity(7, 7);
+    PriorOf(o).covariance = Eigen::MatrixXd::Identity(7, 7);
     PriorOf(o).covariance(4, 2) = PriorOf(o).covariance(2, 4) = 1.5;
   };
   const auto sigmas = [](AdjustOptions* o) {
-    PriorOf(o).covariance.resize(0, 0);
-    PriorOf(o).sigma = Eigen::VectorXd::Constant(7, 0.7);
+    PriorOf(o).covariance = {};
+    PriorOf(o).sigma.assign(7, 0.7);
     PriorOf(o).correlation = Eigen::MatrixXd::Identity(7, 7);
   };
   return {
@@ -103,7 +104,7 @@ std::vector<Refused> RefusedPriors() {
          prior.axes = JointPrior::Axes::kFrame;
          prior.parameters = {
              "position.x.0", "position.y.0", "position.z.0", "position.x.1", "position.y.1"};
-         prior.covariance.setIdentity(5, 5);
+         prior.covariance = Eigen::MatrixXd::Identity(5, 5);
        }},
       {"parameters",
        0,
@@ -115,7 +116,9 @@ std::vector<Refused> RefusedPriors() {
       {"covariance",
        -1,
        "is 6 by 6, one row and one column",
-       [](auto* o) { PriorOf(o).covariance.conservativeResize(6, 6); }},
+       [](auto* o) {
+         PriorOf(o).covariance = PriorOf(o).covariance.matrix().topLeftCorner(6, 6).eval();
+       }},
       {"covariance", -1, "is not symmetric", [](auto* o) { PriorOf(o).covariance(5, 1) += 1e-6; }},
       {"covariance", -1, "of the variance of 'position.across.0' is left", singular},
       {"covariance",
@@ -127,17 +130,17 @@ std::vector<Refused> RefusedPriors() {
        -1,
        "the variance of 'position.across.1' is 0",
        [](auto* o) { PriorOf(o).covariance(4, 4) = 0.0; }},
-      {"covariance", -1, "is not given", [](auto* o) { PriorOf(o).covariance.resize(0, 0); }},
+      {"covariance", -1, "is not given", [](auto* o) { PriorOf(o).covariance = {}; }},
       {"covariance",
        -1,
        "excludes sigma and correlation",
-       [](auto* o) { PriorOf(o).sigma = Eigen::VectorXd::Ones(7); }},
+       [](auto* o) { PriorOf(o).sigma.assign(7, 1.0); }},
       {"sigma",
        -1,
        "has 6 entries",
        [sigmas](auto* o) {
          sigmas(o);
-         PriorOf(o).sigma.conservativeResize(6);
+         PriorOf(o).sigma.resize(6);
        }},
       {"sigma",
        2,
@@ -190,9 +193,8 @@ TEST(JointPriorLayoutTest, StandsInTheBlockOfItsPass) {
   JointPrior prior;
   prior.name = "radar";
   prior.parameters = {"time.bias", "range.bias"};
-  prior.sigma = Eigen::Vector2d(0.25, 4.0);
-  prior.correlation.resize(2, 2);
-  prior.correlation << 1.0, -0.6, -0.6, 1.0;
+  prior.sigma = {0.25, 4.0};
+  prior.correlation = Eigen::Matrix2d{{1.0, -0.6}, {-0.6, 1.0}};
   const ParameterLayout layout = MakeParameterLayout(
       known.block, {{"range", range, {}, false}, {"time", TimeCorrection{}, {}, false}}, {prior});
   ASSERT_EQ(layout.joint_priors.size(), known.block.passes.size());

@@ -84,7 +84,7 @@ TEST_F(SicdErrorsTest, EarthFixedErrorsBecomeConstantsAndDrifts) {
                                       "position.x.1",
                                       "position.y.1",
                                       "position.z.1"}));
-  EXPECT_LT((prior.covariance - Expected(Given())).norm(), 1e-12);
+  EXPECT_LT((prior.covariance.matrix() - Expected(Given())).norm(), 1e-12);
   EXPECT_THAT(imported.products[0].priors, HasSubstr("path 1.1, 0.7, 1.9 m and 0.013, 0.017"));
   EXPECT_THAT(
       imported.products[0].priors,
@@ -103,7 +103,7 @@ TEST_F(SicdErrorsTest, RadialInTrackAndCrossTrackAreThoseOfTheVelocity) {
   Eigen::Matrix3d fixed;  // columns radial, in-track, cross-track
   fixed << 1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 1.0, 0.0;
   const ImportedBlock by_fixed = Imported(Replaced(Text(), ">ECF</Frame>", ">RIC_ECF</Frame>"));
-  EXPECT_LT((by_fixed.priors.at(0).covariance - turned(fixed)).norm(), 1e-6);
+  EXPECT_LT((by_fixed.priors.at(0).covariance.matrix() - turned(fixed)).norm(), 1e-6);
   // The Earth turns the antenna by 7.292115e-5 * 7e6 m/s to the east (y).
   const double east_mps = 7.292115e-5 * 7e6, angle_rad = std::atan2(east_mps, 7000.5);
   Eigen::Matrix3d inertial;
@@ -111,7 +111,7 @@ TEST_F(SicdErrorsTest, RadialInTrackAndCrossTrackAreThoseOfTheVelocity) {
       0.0, std::sin(angle_rad), -std::cos(angle_rad),  //
       0.0, std::cos(angle_rad), std::sin(angle_rad);
   const ImportedBlock by_inertial = Imported(Replaced(Text(), ">ECF</Frame>", ">RIC_ECI</Frame>"));
-  EXPECT_LT((by_inertial.priors.at(0).covariance - turned(inertial)).norm(), 1e-6);
+  EXPECT_LT((by_inertial.priors.at(0).covariance.matrix() - turned(inertial)).norm(), 1e-6);
   EXPECT_GT((turned(inertial) - turned(fixed)).norm(), 1e-2);
 }
 
@@ -128,7 +128,8 @@ TEST_F(SicdErrorsTest, WhatIsLeftOutIsSaid) {
   const ImportedBlock constant = Imported(still);
   EXPECT_EQ(std::get<PositionCorrection>(constant.corrections.at(0).model).degree, 0);
   const Eigen::MatrixXd given = Given();
-  EXPECT_LT((constant.priors.at(0).covariance - given.topLeftCorner<3, 3>()).norm(), 1e-14);
+  EXPECT_LT((constant.priors.at(0).covariance.matrix() - given.topLeftCorner<3, 3>()).norm(),
+            1e-14);
   // Correlations of 1 throughout are no distribution.
   const ImportedBlock singular = Imported(Text("errors_singular.xml"));
   EXPECT_TRUE(singular.priors.empty());

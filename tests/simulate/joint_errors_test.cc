@@ -21,11 +21,9 @@ JointPrior Orbit() {
   JointPrior prior;
   prior.name = "orbit";
   prior.parameters = {"position.along.0", "position.up.1", "time.bias", "position.across.2"};
-  prior.sigma.resize(4);
-  prior.sigma << 2.0, 0.7, 1e-4, 0.3;
-  prior.correlation.resize(4, 4);
-  prior.correlation << 1.0, 0.9, -0.8, 0.1, 0.9, 1.0, -0.7, 0.0, -0.8, -0.7, 1.0, 0.2, 0.1, 0.0,
-      0.2, 1.0;
+  prior.sigma = {2.0, 0.7, 1e-4, 0.3};
+  prior.correlation = Eigen::Matrix4d{
+      {1.0, 0.9, -0.8, 0.1}, {0.9, 1.0, -0.7, 0.0}, {-0.8, -0.7, 1.0, 0.2}, {0.1, 0.0, 0.2, 1.0}};
   return prior;
 }
 
@@ -33,7 +31,7 @@ JointPrior Orbit() {
 TEST(JointErrorsTest, AreDrawnFromTheMatrix) {
   const Block block = test::MakeBlock(test::AircraftPlan()).block;
   const JointPrior prior = Orbit();
-  const Eigen::MatrixXd p = prior.Covariance().fullPivLu().inverse();
+  const Eigen::MatrixXd p = prior.Covariance().matrix().fullPivLu().inverse();
   double sum = 0.0;
   constexpr int kDraws = 2000;
   for (int draw = 0; draw < kDraws; ++draw) {
@@ -88,7 +86,7 @@ TEST(JointErrorsTest, FrameAxesMoveThePathAlongTheFrame) {
   radial.name = "r";
   radial.axes = JointPrior::Axes::kRic;
   radial.parameters = {"position.radial.0"};
-  radial.sigma = Eigen::VectorXd::Constant(1, 10.0);
+  radial.sigma = {10.0};
   PassError drawn;
   AddJointErrors({radial}, block.frame, pass, 0, 77, &drawn);
   const Eigen::Vector3d r_m = pass.path.At(0.5 * (pass.start_s + pass.end_s))->position_m;

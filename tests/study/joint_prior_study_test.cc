@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "solve/start.h"
-#include "studies/arithmetic.h"
 #include "studies/densification.h"
 #include "studies/exact.h"
 #include "studies/stability.h"
@@ -58,21 +57,9 @@ TEST_F(JointPriorStudyTest, AgreesWithFiftyDigits) {
   EXPECT_LT(CovarianceError(normals, exact.covariance_m2), 1e-6);
   // A mutation kept as a test: without the correlations the digits are gone.
   AdjustOptions plain = options_;
-  const Eigen::VectorXd variance = options_.priors[0].covariance.diagonal();
+  const Eigen::VectorXd variance = options_.priors[0].covariance.matrix().diagonal();
   plain.priors[0].covariance = variance.asDiagonal();
   EXPECT_GT(CompareWithExact(*problem_, Adjust(known_.block, plain)).covariance_error, 1e-3);
-}
-
-TEST_F(JointPriorStudyTest, OtherArithmeticsHaveTheSameAnswer) {
-  AdjustmentProblem problem(known_.block, *problem_);
-  const BlockState start = ComputeStartValues(&problem, nullptr).state;
-  const ArithmeticSolution solution =
-      SolveInArithmetic(Arithmetic::kExtended, Elimination::kQr, start, &problem, nullptr);
-  ASSERT_TRUE(solution.solved) << solution.problem;
-  EXPECT_LT(CovarianceError(solution.covariance_m2, result_.points.covariance_m2), 1e-7);
-  for (std::size_t i = 0; i < known_.truth_m.size(); ++i) {
-    EXPECT_LT((solution.state.Position(i) - result_.points.position_m[i]).norm(), 1e-5);
-  }
 }
 
 TEST(JointPriorNavigationTest, PriorsOfAStudyAreDrawnFromTheirMatrix) {

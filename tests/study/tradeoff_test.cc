@@ -187,20 +187,17 @@ TEST(RecommendTest, NamesTheFastestThatIsGoodEnough) {
                                 ChosenRow("loose", 2.0, 0.3, 0.0),
                                 ChosenRow("block", 1.0, 0.0, 0.0),
                                 ChosenRow("intersection", 1.3, 0.0, 0.6),
-                                ChosenRow("leberl", 40.0, 12.0, 0.9),
-                                ChosenRow("single", 1.5, 2e-5, 1e-4)};
+                                ChosenRow("leberl", 40.0, 12.0, 0.9)};
   rows[1].threads = 2;
   rows[3].stage = rows[4].stage = TradeoffStage::kCovariance;
   rows[5].stage = TradeoffStage::kModel;
   rows[5].errors.nees = 25.0;
-  rows[6].stage = TradeoffStage::kPrecision;
   MarkPareto(&rows);
   EXPECT_EQ(Recommend(rows, 1000, {}),
             "1000 points: the fastest that are good enough are reduced, double, block: 0.5 s on 2 "
             "threads, 7 MiB beyond the block; "
             "leberl is 40 times faster, its positions up to 12 sigmas off, errors 5 times as large "
-            "as it says; "
-            "single precision would be 1.5 times faster and 2e-05 sigmas off");
+            "as it says");
   EXPECT_THAT(Recommend(rows, 1000, {1e-9, 0.05}), HasSubstr("no choice is good enough"));
 }
 

@@ -163,69 +163,17 @@ TEST(MonteCarloTest, DoesNotDependOnThreads) {
   EXPECT_NE(one.montecarlo->sample_m2, other.montecarlo->sample_m2);
 }
 
-/// The draws of several parts, joined in the order of `parts`.
-MonteCarloDraws JoinedDraws(const Block& block,
-                            AdjustOptions options,
-                            const std::vector<TaskPart>& parts) {
-  MonteCarloDraws joined;
-  for (const TaskPart& part : parts) {
-    options.montecarlo_part = part;
-    options.threads = joined.runs.empty() ? 2 : 1;
-    const AdjustResult result = Adjust(block, options);
-    EXPECT_FALSE(result.montecarlo);
-    const MonteCarloDraws& draws = *result.montecarlo_draws;
-    if (joined.points.empty()) joined = {draws.solution, {}, draws.points};
-    EXPECT_EQ(draws.solution, joined.solution);
-    joined.runs.insert(joined.runs.end(), draws.runs.begin(), draws.runs.end());
-    for (std::size_t k = 0; part != parts.front() && k < draws.points.size(); ++k) {
-      MonteCarloPoint& sums = joined.points[k];
-      EXPECT_EQ(draws.points[k].point, sums.point);
-      for (std::size_t i = 0; i < 6; ++i) sums.product[i].Add(draws.points[k].product[i]);
-      sums.square.Add(draws.points[k].square);
-      for (std::size_t i = 0; i < 3; ++i) sums.inside[i] += draws.points[k].inside[i];
-    }
-  }
-  std::sort(joined.runs.begin(), joined.runs.end(), [](const auto& a, const auto& b) {
-    return a.run < b.run;
-  });
-  return joined;
-}
-
-// Invariance: the runs may be divided in any way, no bit of the report says how.
-TEST(MonteCarloTest, ReportsTheSameWhateverThePartsOfItsRuns) {
-  const test::KnownBlock known = NoisyBlock();
-  const AdjustOptions options = MonteCarloOptions(37);
-  const AdjustResult whole = Adjust(known.block, options);
-  EXPECT_FALSE(whole.montecarlo_draws);
-  const std::vector<std::vector<TaskPart>> divisions = {
-      {{0, 1}}, {{1, 3}, {0, 3}, {2, 3}}, {{3, 4}, {0, 4}, {1, 4}, {2, 4}}};
-  for (const std::vector<TaskPart>& parts : divisions) {
-    const MonteCarloReport joined = ReportMonteCarlo(JoinedDraws(known.block, options, parts),
-                                                     options.montecarlo_seed,
-                                                     whole.points.covariance_m2);
-    EXPECT_EQ(joined.runs, 37);
-    EXPECT_EQ(joined.sample_m2, whole.montecarlo->sample_m2);
-    EXPECT_EQ(joined.square, whole.montecarlo->square);
-    EXPECT_EQ(joined.inside, whole.montecarlo->inside);
-    for (std::size_t i = 0; i < 3; ++i) {
-      EXPECT_EQ(joined.variance_ratio[i].mean, whole.montecarlo->variance_ratio[i].mean);
-      EXPECT_EQ(joined.coverage[i].standard_error, whole.montecarlo->coverage[i].standard_error);
-    }
-    EXPECT_EQ(joined.sentence, whole.montecarlo->sentence);
-  }
-}
-
 // Hand values: sums in standard deviations become a covariance with those of Q; a run that did not
 // converge counts apart.
 TEST(MonteCarloTest, ReportsSumsInTheUnitsOfTheCovariance) {
   MonteCarloDraws draws;
-  draws.runs = {{0, true, {1.5, 0.5, 1.0}, 1.25, {1.0, 1.0, 1.0}},
-                {1, false, {}, 0.0, {}},
-                {2, true, {0.5, 1.5, 1.0}, 0.75, {0.0, 1.0, 1.0}}};
+  draws.runs = {{true, {1.5, 0.5, 1.0}, 1.25, {1.0, 1.0, 1.0}},
+                {false, {}, 0.0, {}},
+                {true, {0.5, 1.5, 1.0}, 0.75, {0.0, 1.0, 1.0}}};
   MonteCarloPoint& sums = draws.points.emplace_back();
   sums.point = 1;
-  for (std::size_t k = 0; k < 6; ++k) sums.product[k].Add(0.25 * static_cast<double>(k + 1));
-  sums.square.Add(6.75);
+  for (std::size_t k = 0; k < 6; ++k) sums.product[k] = 0.25 * static_cast<double>(k + 1);
+  sums.square = 6.75;
   sums.inside = {1, 2, 2};
   const SymmetricEnu none{kNotGiven, kNotGiven, kNotGiven, kNotGiven, kNotGiven, kNotGiven};
   const MonteCarloReport report =

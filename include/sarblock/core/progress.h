@@ -58,10 +58,8 @@ class CancellationScope {
 struct TaskPart {
   std::size_t index = 0, count = 1;
 
-  /// The part of no task at all, as a join computes none.
-  [[nodiscard]] static constexpr TaskPart None() { return {0, 0}; }
   [[nodiscard]] bool IsWhole() const { return count == 1; }
-  [[nodiscard]] bool Holds(std::size_t task) const { return count > 0 && task % count == index; }
+  [[nodiscard]] bool Holds(std::size_t task) const { return task % count == index; }
   /// How many of `tasks` tasks it holds.
   [[nodiscard]] std::size_t TasksOf(std::size_t tasks) const;
   bool operator==(const TaskPart&) const = default;

@@ -71,37 +71,4 @@ class RandomStream {
 /// Mixes numbers (for example a kind and an index) into one stream number.
 [[nodiscard]] std::uint64_t MixStream(std::uint64_t a, std::uint64_t b);
 
-/// A sum that does not depend on the order of its terms, nor on how they are divided into sums that
-/// are added later: each term is taken to the nearest smaller multiple of kUnit in magnitude, an
-/// integer of 128 bits holds their sum. A term of 2^-8 or more loses nothing. It is for terms near
-/// 1: what lies beyond kMax in magnitude counts as kMax with its sign, what is no number as
-/// kMax. 2^31 terms fit.
-class ExactSum {
- public:
-  static constexpr double kUnit = 0x1p-60;
-  static constexpr double kMax = 0x1p35;
-
-  void Add(double term) {
-    if (!(term < kMax)) term = kMax;
-    if (term < -kMax) term = -kMax;
-    units_ += static_cast<Units>(term / kUnit);
-  }
-  void Add(const ExactSum& other) { units_ += other.units_; }
-  /// The sum, to the nearest double.
-  [[nodiscard]] double Value() const { return static_cast<double>(units_) * kUnit; }
-  /// Whether so many terms can have this sum.
-  [[nodiscard]] bool HasTerms(std::uint32_t count) const;
-
-  /// The units as decimal digits, and back; nothing for a text that is no integer of at most 38
-  /// digits.
-  [[nodiscard]] std::string Text() const;
-  [[nodiscard]] static std::optional<ExactSum> FromText(std::string_view text);
-
-  bool operator==(const ExactSum&) const = default;
-
- private:
-  __extension__ using Units = __int128;
-  Units units_ = 0;
-};
-
 }  // namespace sarblock

@@ -82,6 +82,36 @@ struct CorrectionGroup {
   bool shared = false;              ///< one set of parameters for all of `passes`
 };
 
+/// A matrix of any size whose memory is the standard library's. Programs and this library may be
+/// compiled for different processors, and matrices of Eigen are then aligned differently: those of
+/// a size not known to the compiler cannot be handed from one to the other.
+struct DenseMatrix {
+  std::size_t rows = 0, columns = 0;
+  std::vector<double> values;  ///< column by column
+
+  DenseMatrix() = default;
+  /// Of any matrix of Eigen.
+  template <typename Derived>
+  DenseMatrix(const Eigen::EigenBase<Derived>& matrix)  // NOLINT(google-explicit-constructor)
+      : rows(static_cast<std::size_t>(matrix.rows())),
+        columns(static_cast<std::size_t>(matrix.cols())),
+        values(rows * columns) {
+    Eigen::Map<Eigen::MatrixXd>(values.data(), matrix.rows(), matrix.cols()) = matrix;
+  }
+  [[nodiscard]] bool empty() const { return values.empty(); }
+  [[nodiscard]] double& operator()(std::size_t row, std::size_t column) {
+    return values[column * rows + row];
+  }
+  [[nodiscard]] double operator()(std::size_t row, std::size_t column) const {
+    return values[column * rows + row];
+  }
+  /// As a matrix of Eigen, as long as this one is not changed.
+  [[nodiscard]] Eigen::Map<const Eigen::MatrixXd> matrix() const {
+    return {values.data(), static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(columns)};
+  }
+  bool operator==(const DenseMatrix&) const = default;
+};
+
 /// One prior of several corrections of a pass, with their full covariance
 /// (docs/theory/adjustment.md, eq. (3a)). Every pass draws its own; the parameters are those of the
 /// pass itself, neither shared by passes nor coefficients of a spline, and have no standard
@@ -104,12 +134,12 @@ struct JointPrior {
   /// Symmetric, positive definite, in the order of `parameters`: products of their units (m, s,
   /// rad, 1). Or empty, with standard deviations and, unless they are independent, correlations in
   /// its place.
-  Eigen::MatrixXd covariance;
-  Eigen::VectorXd sigma;
-  Eigen::MatrixXd correlation;
+  DenseMatrix covariance;
+  std::vector<double> sigma;
+  DenseMatrix correlation;
 
   /// The covariance, however it was given.
-  [[nodiscard]] Eigen::MatrixXd Covariance() const;
+  [[nodiscard]] DenseMatrix Covariance() const;
 };
 
 /// True where two groups that are not shared exclude each other for one pass: both of one kind,
@@ -193,9 +223,6 @@ struct AdjustOptions {
   std::vector<std::vector<std::string>> variance_groups;
   int montecarlo_runs = 200;
   std::uint64_t montecarlo_seed = 1;
-  /// Draws these of the runs alone and keeps them as AdjustResult::montecarlo_draws, for several
-  /// machines (docs/studies.md); TaskPart::None() draws none. Set by the command line.
-  std::optional<TaskPart> montecarlo_part = {};
   /// A guard; iteration ends before where steps no longer shrink (docs/theory/adjustment.md).
   int max_iterations = 1000;
   /// Newton decrement, in sigmas over all unknowns together, at which iteration ends. Above

@@ -310,8 +310,6 @@ struct SelectionReport {
   [[nodiscard]] bool empty() const { return candidates.empty(); }
 };
 
-struct MonteCarloDraws;
-
 /// What became of a point.
 enum class PointStatus : std::uint8_t {
   kAdjusted,     ///< solved in the adjustment
@@ -371,7 +369,7 @@ struct ParameterResult {
 struct JointPriorResult {
   std::string name;
   std::vector<std::uint32_t> parameters;  ///< indices into `parameters`
-  Eigen::MatrixXd covariance;             ///< in their units
+  DenseMatrix covariance;                 ///< in their units
 };
 
 /// Covariance of two parameters (indices into `parameters`, a <= b).
@@ -529,8 +527,6 @@ struct AdjustResult {
   /// Empty where not asked for. Its test is that before, the one below that after.
   std::optional<VarianceComponentReport> variance_components;
   std::optional<MonteCarloReport> montecarlo;
-  /// With options.montecarlo_part, in place of the report.
-  std::shared_ptr<MonteCarloDraws> montecarlo_draws;
   std::vector<CheckResult> checks;
   /// Independent components that the check points are worth (CheckFreedom); NaN: as many as known.
   double check_freedom = std::numeric_limits<double>::quiet_NaN();
@@ -588,34 +584,5 @@ void Warn(AdjustResult* result, const std::string& text);
 [[nodiscard]] inline SymmetricEnu SymmetricOf(const Eigen::Matrix3d& c) {
   return {c(0, 0), c(1, 1), c(2, 2), c(0, 1), c(0, 2), c(1, 2)};
 }
-
-/// What one run of drawn noise adds to a MonteCarloReport: figures averaged over its points.
-struct MonteCarloRun {
-  std::uint32_t run = 0;  ///< number, from 0
-  bool converged = false;
-  std::array<double, 3> variance_ratio{};  ///< of e_i^2 / Q_ii, i east, north, up
-  double square = 0.0;                     ///< of e' Q^-1 e / 3
-  std::array<double, 3> inside{};          ///< part of the points inside each ellipsoid
-};
-
-/// Sums of one point over the runs that converged, e its error in standard deviations:
-/// n_i = e_i / sqrt(Q_ii).
-struct MonteCarloPoint {
-  std::array<ExactSum, 6> product;        ///< of n_i n_j: ee, nn, uu, en, eu, nu
-  ExactSum square;                        ///< of e' Q^-1 e
-  std::array<std::uint32_t, 3> inside{};  ///< runs inside each ellipsoid
-  std::uint32_t point = 0;                ///< of the block
-};
-
-/// Runs of drawn noise about a solution, all or a part of them, as they are before they make a
-/// report: sums are exact, so that those of parts may be added in any order.
-/// docs/theory/montecarlo.md, "In parts".
-struct MonteCarloDraws {
-  /// FNV-1a over positions, corrections and covariances of the solution: the draws are about these
-  /// bytes.
-  std::uint64_t solution = 0;
-  std::vector<MonteCarloRun> runs;      ///< those that were drawn, by number
-  std::vector<MonteCarloPoint> points;  ///< those that are compared, in the order of the block
-};
 
 }  // namespace sarblock

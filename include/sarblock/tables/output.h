@@ -73,13 +73,12 @@ void RemoveOpenTemporaryFiles() noexcept;
 /// Makes a folder and its parents; throws InputError naming it where that fails.
 void MakeFolder(const std::filesystem::path& folder);
 
-/// What a folder, or a file that stands for one, holds. Studies are folders, and so are parts of
-/// the draws of an adjustment (montecarlo_part.h).
-enum class FolderContent { kResult, kBlock, kStudy, kPart };
+/// What a folder, or a file that stands for one, holds. Studies are folders.
+enum class FolderContent { kResult, kBlock, kStudy };
 
-/// "result", "block", "study" or "part of an adjustment".
+/// "result", "block" or "study".
 [[nodiscard]] constexpr const char* NameOf(FolderContent content) {
-  constexpr const char* kNames[] = {"result", "block", "study", "part of an adjustment"};
+  constexpr const char* kNames[] = {"result", "block", "study"};
   return kNames[static_cast<std::size_t>(content)];
 }
 
@@ -98,13 +97,13 @@ enum class ForeignFiles { kRefuse, kReplace };
 
 /// Throws InputError naming the folder where `content` must not be written to it: it is a file, it
 /// cannot be read, or (kRefuse) it holds files that this program did not write as `content`. A
-/// folder is one of ours by its summary.json (a result) or part.json (a part) or by the first line
-/// of its block.toml (a block) or of a NAME.study.toml (a study), or where a run of this program
-/// was killed while it wrote there; files beside the tables of such a folder stay and do not
-/// matter. A block whose files were changed since it was written is refused like one of somebody
-/// else. A folder that does not exist, and an empty one, can be written. Names that begin with a
-/// dot do not count. Call it before the work whose outcome is to be written; an OutputLock then
-/// keeps it so. A name that ends in ".h5" is one of a file, which is one of ours by what it holds.
+/// folder is one of ours by its summary.json (a result) or by the first line of its block.toml (a
+/// block) or of a NAME.study.toml (a study), or where a run of this program was killed while it
+/// wrote there; files beside the tables of such a folder stay and do not matter. A block whose
+/// files were changed since it was written is refused like one of somebody else. A folder that does
+/// not exist, and an empty one, can be written. Names that begin with a dot do not count. Call it
+/// before the work whose outcome is to be written; an OutputLock then keeps it so. A name that ends
+/// in ".h5" is one of a file, which is one of ours by what it holds.
 void RequireFolderFor(FolderContent content,
                       const std::filesystem::path& folder,
                       ForeignFiles foreign);
