@@ -34,10 +34,6 @@ if(TARGET sarblock_manual)
   install(FILES ${manual}/sarblock.1.gz DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT sarblock)
   install(FILES ${manual}/completion/sarblock
     DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT sarblock)
-  install(FILES ${manual}/completion/_sarblock
-    DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions COMPONENT sarblock)
-  install(FILES ${manual}/completion/sarblock.fish
-    DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d COMPONENT sarblock)
 endif()
 # A package has both under the names of its own rules.
 install(FILES LICENSE CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT project)
@@ -45,6 +41,34 @@ install(FILES README.md CITATION.cff DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONE
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT sarblock
   FILES_MATCHING PATTERN "*.md" PATTERN "*.svg" PATTERN "*.png" PATTERN "*.cc" PATTERN "*.ipynb")
 
+# What must be found before a library is linked, itself and all below it, as its targets name it.
+function(sarblock_append_needs target out)
+  get_target_property(aliased ${target} ALIASED_TARGET)
+  if(aliased)
+    set(target ${aliased})
+  endif()
+  get_target_property(links ${target} INTERFACE_LINK_LIBRARIES)
+  set(needs ${${out}})
+  foreach(link IN LISTS links)
+    string(REGEX REPLACE "^\\$<LINK_ONLY:(.*)>$" "\\1" link "${link}")
+    if(link MATCHES "^sarblock::")
+      sarblock_append_needs(${link} needs)
+    elseif(link MATCHES "^([A-Za-z0-9_]+)::")
+      list(APPEND needs ${CMAKE_MATCH_1})
+    endif()
+  endforeach()
+  list(REMOVE_DUPLICATES needs)
+  set(${out} ${needs} PARENT_SCOPE)
+endfunction()
+set(sarblock_libraries)
+set(sarblock_needs)
+foreach(module IN LISTS sarblock_modules)
+  get_target_property(library ${module} EXPORT_NAME)
+  set(needs)
+  sarblock_append_needs(${module} needs)
+  string(APPEND sarblock_needs "set(sarblock_needs_${library} ${needs})\n")
+  list(APPEND sarblock_libraries ${library})
+endforeach()
 configure_package_config_file(cmake/sarblock-config.cmake.in sarblock-config.cmake
   INSTALL_DESTINATION ${sarblock_package_dir})
 write_basic_package_version_file(sarblock-config-version.cmake COMPATIBILITY SameMinorVersion)

@@ -16,8 +16,7 @@ import tempfile
 
 PROGRAM_FILES = [
     "usr/bin/sarblock", "usr/share/man/man1/sarblock.1.gz",
-    "usr/share/bash-completion/completions/sarblock", "usr/share/zsh/vendor-completions/_sarblock",
-    "usr/share/fish/vendor_completions.d/sarblock.fish", "usr/share/doc/sarblock/copyright",
+    "usr/share/bash-completion/completions/sarblock", "usr/share/doc/sarblock/copyright",
     "usr/share/doc/sarblock/changelog.Debian.gz", "usr/share/doc/sarblock/docs/tutorial.md",
     "usr/share/sarblock/scenes/block-12-strips.toml",
     "usr/share/sarblock/real/cabeus/block.toml"]
