@@ -85,5 +85,32 @@ TEST_F(PlanTest, PredictionOfAMeasuredBlockHasNoTests) {
   EXPECT_EQ(report.exit_code, 0) << report.err;
 }
 
+TEST_F(PlanTest, PassesWithoutASwathAreSaidToSeeTheirWholeSide) {
+  const Path block = Planned("open", "pass,point\n");
+  const json with = Checked(block)["coverage"];
+  // two strips that both see every point at (look angle of Table 1) 27 to 68 degrees
+  EXPECT_EQ(with["fewest_looks"], 2);
+  EXPECT_EQ(with["most_looks"], 2);
+  EXPECT_GT(with["least_look_deg"].get<double>(), 25.0);
+  std::string toml = Content(block / "block.toml");
+  for (std::size_t at; (at = toml.find("swath_ground_m")) != std::string::npos;) {
+    toml.erase(at, toml.find('\n', at) + 1 - at);
+  }
+  Put("open/block.toml", toml);
+  const auto run = test::RunProgram({"check", block});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("2 looks per point (2 to 2) at look angles of "));
+  EXPECT_THAT(run.out, HasSubstr("not every pass has a swath"));
+  const auto predicted = Run("predict", block, "open-result", {"--json"});
+  EXPECT_THAT(predicted.out, HasSubstr("not every pass has a swath"));
+  toml.replace(toml.find("look = "), 0, "swath_look_deg = [40, 20]\n");
+  Put("open/block.toml", toml);
+  const auto bad = test::RunProgram({"check", block});
+  EXPECT_EQ(bad.exit_code, 3);
+  EXPECT_THAT(bad.err,
+              HasSubstr("pass[0].swath_look_deg: must be near and far, 0 <= near < far < "
+                        "90, got 40 and 20"));
+}
+
 }  // namespace
 }  // namespace sarblock
