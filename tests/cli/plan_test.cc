@@ -112,5 +112,91 @@ TEST_F(PlanTest, PassesWithoutASwathAreSaidToSeeTheirWholeSide) {
                         "90, got 40 and 20"));
 }
 
+std::vector<std::string> Pair(const std::vector<std::string>& more) {
+  std::vector<std::string> arguments = {"plan", "pair"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+// Hand arithmetic: sin i = (6378.137 + 700)/6378.137 sin(look) gives 33.70 and 45.51 degrees; 3 m
+// of range then give 3 m sqrt(sin^2 + sin^2)/sin(11.80) = 13.25 m up, 3 m sqrt(cos^2 + cos^2)/sin =
+// 15.95 m across.
+TEST(PlanPairTest, AnswersAPairFromOrbit) {
+  const std::vector<std::string> orbit = {"--look",
+                                          "30",
+                                          "--look",
+                                          "40",
+                                          "--orbit-height-km",
+                                          "700",
+                                          "--body",
+                                          "Earth",
+                                          "--range-sigma-m",
+                                          "3"};
+  auto arguments = Pair(orbit);
+  arguments.insert(arguments.end(), {"--json", "--goal-up-m", "10"});
+  const auto run = test::RunProgram(arguments);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json pair = json::parse(run.out);
+  EXPECT_NEAR(pair["incidence_deg"][0].get<double>(), 33.702, 0.01);
+  EXPECT_NEAR(pair["incidence_deg"][1].get<double>(), 45.507, 0.01);
+  EXPECT_NEAR(pair["intersection_deg"].get<double>(), 11.805, 0.01);
+  EXPECT_NEAR(pair["sigma"]["up_m"].get<double>(), 13.253, 0.01);
+  EXPECT_NEAR(pair["sigma"]["across_m"].get<double>(), 15.952, 0.01);
+  EXPECT_TRUE(pair["sigma"]["along_m"].is_null());  // no standard deviation of azimuth is given
+  EXPECT_FALSE(pair["goal_reached"].get<bool>());
+  EXPECT_LT(pair["second_look_below_deg"].get<double>(), 30.0);
+  EXPECT_GT(pair["second_look_above_deg"].get<double>(), 40.0);
+  EXPECT_NEAR(pair["slope_facing_first_deg"].get<double>(), 33.702, 0.01);
+  EXPECT_NEAR(pair["slope_facing_away_deg"].get<double>(), 90.0 - 45.507, 0.01);
+
+  arguments = Pair(orbit);
+  arguments.insert(arguments.end(),
+                   {"--azimuth-sigma-m", "2", "--path-sigma-m", "5", "--goal-up-m", "20.2"});
+  const auto text = test::RunProgram(arguments);
+  ASSERT_EQ(text.exit_code, 0) << text.err;
+  EXPECT_THAT(text.out, HasSubstr("by the flight paths"));
+  EXPECT_THAT(text.out, HasSubstr("goal 20.2 m: missed; reached by a second look of"));
+  std::istringstream lines(text.out);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
+}
+
+TEST(PlanPairTest, RefusesWhatIsNoPair) {
+  const struct {
+    std::vector<std::string> arguments;
+    int exit_code;
+    const char* message;
+  } cases[] = {
+      {{"--look", "30", "--range-sigma-m", "3"}, 2, "the pair is given by --base-m, --height-m"},
+      {{"--look", "30", "--look", "40", "--range-sigma-m", "3"}, 2, "or by --look twice, with"},
+      {{"--look", "30", "--look", "40", "--height-m", "5000"}, 2, "--range-sigma-m is required"},
+      {{"--look", "30", "--look", "30", "--height-m", "5000", "--range-sigma-m", "3"},
+       3,
+       "--look: is the same angle twice"},
+      {{"--look",
+        "30",
+        "--look",
+        "70",
+        "--orbit-height-km",
+        "700",
+        "--body",
+        "Earth",
+        "--range-sigma-m",
+        "3"},
+       3,
+       "--look: 70 deg passes the body by, below 64.304 deg is allowed"},
+      {{"--look", "30", "--look", "40", "--height-m", "5000", "--range-sigma-m", "0"},
+       3,
+       "--range-sigma-m: 0 m is given, > 0 is allowed"},
+      {{"--look", "30", "--look", "40", "--look", "50", "--height-m", "5", "--range-sigma-m", "3"},
+       2,
+       "two look angles are allowed"},
+  };
+  for (const auto& [arguments, exit_code, message] : cases) {
+    const auto run = test::RunProgram(Pair(arguments));
+    EXPECT_EQ(run.exit_code, exit_code) << message << run.out << run.err;
+    EXPECT_THAT(run.err, HasSubstr(message));
+  }
+}
+
 }  // namespace
 }  // namespace sarblock
