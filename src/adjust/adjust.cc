@@ -16,6 +16,7 @@
 
 #include "adjust_given.h"
 #include "block/plausibility.h"
+#include "block/swath.h"
 #include "core/memory.h"
 #include "core/text.h"
 #include "core/threads.h"
@@ -113,6 +114,9 @@ BlockCheck CheckBlock(const Block& block, const AdjustOptions& options, Progress
   }
   for (const Finding& finding : DescribePoints(problem, defects)) {
     check.findings.push_back(finding.text);
+  }
+  for (std::string& text : FindLooksOutsideSwath(block, start.state.start_m, problem.look_used)) {
+    check.findings.push_back(std::move(text));
   }
   ReducedSystem system(problem);
   check.needs = PredictNeeds(problem, options, &system);

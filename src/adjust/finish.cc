@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "block/read_recorded.h"
+#include "block/swath.h"
 #include "core/threads.h"
 #include "geometry/track_axes.h"
 #include "leberl_prediction.h"
@@ -110,6 +111,10 @@ void FinishResult(const AdjustmentProblem& problem,
   MarkRejected(problem, result);
   for (const Finding& finding : DescribePoints(problem, defects)) Warn(result, finding.text);
   WarnOfOpenPoints(problem, result);
+  for (const std::string& text :
+       FindLooksOutsideSwath(problem.block, result->points.position_m, problem.look_used)) {
+    Warn(result, text);
+  }
   if (options.covariance != CovarianceLevel::kNone) FillLeberlPrediction(problem, state, result);
 }
 

@@ -9,9 +9,9 @@
 
 #include "adjust.h"
 #include "adjust_given.h"
+#include "block/swath.h"
 #include "core/threads.h"
 #include "finish.h"
-#include "geometry/track_axes.h"
 #include "model/problem.h"
 #include "quality/assess.h"
 #include "quality/point_sweep.h"
@@ -59,27 +59,26 @@ std::vector<Eigen::Vector3d> CompletePositions(const Block& block,
   return out;
 }
 
-/// All looks of passes that see a point on their look side, below the antenna, within the path.
+/// A look of every pass at every point that it sees (IsSeen).
 Looks VisibleLooks(const Block& block, const std::vector<Eigen::Vector3d>& positions_m) {
   Looks looks;
   for (std::size_t point = 0; point < positions_m.size(); ++point) {
     for (std::size_t pass = 0; pass < block.passes.size(); ++pass) {
       const Pass& p = block.passes[pass];
       if (!positions_m[point].allFinite()) continue;
-      const auto time_s =
-          FindConeTime(p.path, positions_m[point], Cone{}, p.path.start_s(), p.path.end_s());
+      const std::optional<double> time_s = TimeSeen(block.frame, p, positions_m[point]);
       if (!time_s) continue;
       const Motion motion = *p.path.At(*time_s);
-      const Eigen::Vector3d in_track = TrackAxesOf(block.frame, motion).axes.transpose() *
-                                       (positions_m[point] - motion.position_m);
-      if (in_track[1] * static_cast<double>(p.side) <= 0.0 || in_track[2] >= 0.0) continue;
       looks.pass.push_back(static_cast<std::uint32_t>(pass));
-      // Measured Dopplers are taken as those of looks straight to the side.
+      // A measured Doppler is that of the pass's squint.
       const bool doppler = p.sigma.azimuth_unit == AzimuthUnit::kHertz;
       looks.flags.push_back(doppler ? std::uint8_t{Looks::kDoppler} : std::uint8_t{0});
-      looks.cone.push_back(0.0);
+      looks.cone.push_back(doppler && p.squint_rad != 0.0
+                               ? 2.0 * motion.velocity_mps.norm() * std::sin(p.squint_rad) /
+                                     p.wavelength_m
+                               : p.squint_rad);
       looks.time_s.push_back(*time_s);
-      looks.range_m.push_back(in_track.norm());
+      looks.range_m.push_back((positions_m[point] - motion.position_m).norm());
     }
     looks.offsets.push_back(looks.pass.size());
   }
@@ -231,6 +230,9 @@ AdjustResult Predict(const Block& block,
   FinishResult(problem, state, options, {}, defects, &result);
   Assess(filled, options, &result);
   ForgetMeasurements(&result);
+  if (block.looks.size() != filled.looks.size()) {
+    if (const auto warning = WarningOfPlan(filled, known_m)) Warn(&result, *warning);
+  }
   // The looks of the result are those of the block as it was handed over.
   if (block.looks.size() != filled.looks.size()) result.looks = {};
   DescribePaths(block, filled, options, &result);

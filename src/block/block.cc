@@ -58,6 +58,8 @@ bool TakeOffsetsOfSorted(const std::vector<std::uint32_t>& point_of_look,
 std::string Got(double value) { return ", got " + NumberText(value); }
 std::string Got(std::size_t value) { return ", got " + std::to_string(value); }
 
+constexpr double kRightAngle_rad = 0.5 * std::numbers::pi;
+
 /// "BEGINNING 'PASS' must be a number above 0, got -1".
 void RequirePositive(const char* array,
                      std::size_t index,
@@ -94,6 +96,18 @@ void RequirePasses(const std::vector<Pass>& passes) {
     }
     if (pass.side != LookSide::kLeft && pass.side != LookSide::kRight) {
       RefuseEntry("passes", i, "'" + pass.id + "' has no side; kLeft or kRight is allowed");
+    }
+    if (const auto problem = pass.swath ? ProblemOf(*pass.swath) : std::nullopt) {
+      RefuseEntry("passes",
+                  i,
+                  "'" + pass.id + "': " +
+                      kSwathKeys[static_cast<std::size_t>(pass.swath->kind)].key + " " + *problem);
+    }
+    if (!(std::abs(pass.squint_rad) < kRightAngle_rad)) {
+      RefuseEntry("passes",
+                  i,
+                  "'" + pass.id + "' must have a squint between -pi/2 and pi/2 [rad], exclusive" +
+                      Got(pass.squint_rad));
     }
   }
 }
@@ -167,8 +181,7 @@ void RequireCone(const Block& block, std::size_t i) {
   const Looks& looks = block.looks;
   const bool doppler = (looks.flags[i] & Looks::kDoppler) != 0;
   if (!doppler) {
-    constexpr double kMost_rad = 0.5 * std::numbers::pi;
-    if (looks.cone.empty() || std::abs(looks.cone[i]) < kMost_rad) return;
+    if (looks.cone.empty() || std::abs(looks.cone[i]) < kRightAngle_rad) return;
     RefuseEntry("looks.cone",
                 i,
                 "a squint must be between -pi/2 and pi/2 [rad], exclusive" + Got(looks.cone[i]));
@@ -324,6 +337,17 @@ double Block::ApproximateAzimuthSigma_m(std::size_t look, double speed_mps) cons
   return sigma.azimuth_unit == AzimuthUnit::kMetres
              ? sigma.azimuth
              : sigma.azimuth * ApproximateAzimuthUnit_m(look, speed_mps);
+}
+
+std::optional<std::string> ProblemOf(const Swath& swath) {
+  const auto [near, far] = swath.limits;
+  const bool angle = swath.kind == SwathKind::kLookAngle;
+  if (near >= 0.0 && near < far && std::isfinite(far) && !(angle && far >= kRightAngle_rad)) {
+    return std::nullopt;
+  }
+  const double factor = kSwathKeys[static_cast<std::size_t>(swath.kind)].factor;
+  return std::string("must be near and far, 0 <= near < far") + (angle ? " < 90" : "") + ", got " +
+         Digits(near / factor, 9) + " and " + Digits(far / factor, 9);
 }
 
 void Validate(const Block& block) {

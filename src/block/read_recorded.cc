@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <map>
 #include <optional>
 #include <utility>
@@ -13,6 +14,7 @@
 #include "core/text.h"
 #include "core/threads.h"
 #include "geometry/recorded_path.h"
+#include "swath.h"
 
 namespace sarblock {
 namespace {
@@ -26,6 +28,37 @@ struct TargetOfPass {
   double range_m = 0.0;  ///< largest
   double azimuth_sigma_m = kNotGiven;
 };
+
+/// Mean height of the given points of a local frame, 0 without any.
+double GroundHeight_m(const Block& block) {
+  double sum_m = 0.0, count = 0.0;
+  for (const Eigen::Vector3d& given_m : block.points.given_m) {
+    if (!given_m.allFinite()) continue;
+    sum_m += given_m.z();
+    count += 1.0;
+  }
+  return count > 0.0 ? sum_m / count : 0.0;
+}
+
+/// What the swath of a pass says of its target, in a plan whose looks have no ranges.
+TargetOfPass TargetInSwath(const Block& block, const Pass& pass, double ground_m) {
+  TargetOfPass target;
+  if (!pass.swath || pass.path.states().empty()) return target;
+  const StateVector& state = pass.path.states().front();
+  const bool geocentric = block.frame.kind() == FrameKind::kGeocentric;
+  const double infinite = std::numeric_limits<double>::infinity();
+  const double antenna_radius_m = geocentric ? state.position_m.norm() : infinite;
+  const double depth_m = geocentric ? block.frame.GeodeticFromFrame(state.position_m).h_m
+                                    : state.position_m.z() - ground_m;
+  const double range_m =
+      FarRange(*pass.swath, depth_m, antenna_radius_m, antenna_radius_m - depth_m);
+  if (!(range_m > 0.0) || pass.sigma.azimuth_unit == AzimuthUnit::kHertz) return target;
+  target.range_m = range_m;
+  target.azimuth_sigma_m =
+      pass.sigma.azimuth *
+      (pass.sigma.azimuth_unit == AzimuthUnit::kSeconds ? state.velocity_mps.norm() : 1.0);
+  return target;
+}
 
 std::vector<TargetOfPass> TargetsOf(const Block& block) {
   // By pass: the standard deviation of azimuth in metres where it is that of all looks, else NaN.
@@ -67,7 +100,11 @@ std::vector<TargetOfPass> TargetsOf(const Block& block) {
     }
   }
   std::vector<TargetOfPass> out(all.size());
+  const bool plan =
+      std::none_of(all.begin(), all.end(), [](const Sum& sum) { return sum.count > 0.0; });
+  const double ground_m = plan ? GroundHeight_m(block) : 0.0;
   for (std::size_t pass = 0; pass < out.size(); ++pass) {
+    if (plan) out[pass] = TargetInSwath(block, block.passes[pass], ground_m);
     if (!(all[pass].count > 0.0)) continue;
     out[pass].range_m = std::max(out[pass].range_m, all[pass].range_m);
     out[pass].azimuth_sigma_m = all[pass].sigma_m / all[pass].count;

@@ -30,83 +30,13 @@ constexpr double kShownSlope_deg = 10.0;
 constexpr double kRadPerArcminute = kRadPerDeg / 60.0;
 constexpr double kRadPerArcsecond = kRadPerDeg / 3600.0;
 
-/// Bodies below an orbit, by the names of their ellipsoids.
-constexpr std::array<const char*, 4> kBodies = {"WGS84", "Moon", "Venus", "Mars"};
-
 struct ExaggerationInput {
-  std::optional<double> base_m, height_m, ground_range_m;
-  std::optional<double> first_look_deg, second_look_deg;
-  std::optional<double> orbit_height_km;
-  std::optional<int> body;  ///< of kBodies
-  Arrangement arrangement = Arrangement::kSameSide;
+  PairInput pair;
   std::optional<double> viewing_scale;
   double eye_base_mm = 65.0;
   double acuity_arcsec = 20.0;
   double fusion_arcmin = 70.0;
 };
-
-/// The pair as its point sees it: angles of incidence, from an aircraft the look angles.
-struct ViewedPair {
-  double first_rad = 0.0;
-  double second_rad = 0.0;
-  Arrangement arrangement = Arrangement::kSameSide;
-  std::optional<double> height_m;                        ///< of flight
-  std::optional<leberl::StereoConfiguration> from_base;  ///< where B, H and y are given
-};
-
-/// Angle of incidence of a look from `height_m` above a sphere.
-double Incidence(const char* option, double look_rad, double height_m, double radius_m) {
-  const double sine = (radius_m + height_m) / radius_m * std::sin(look_rad);
-  if (sine >= 1.0) {
-    throw InputError(option,
-                     fmt::format("{:g} deg passes the body by, below {:.3f} deg is allowed",
-                                 look_rad * kDegPerRad,
-                                 std::asin(radius_m / (radius_m + height_m)) * kDegPerRad));
-  }
-  return std::asin(sine);
-}
-
-double CheckedLook(const char* option, double look_deg) {
-  if (!(look_deg > 0.0 && look_deg < 90.0)) {
-    throw InputError(option, fmt::format("{:g} is given, between 0 and 90 is allowed", look_deg));
-  }
-  return look_deg * kRadPerDeg;
-}
-
-double CheckedHeight(const char* option, double height_m) {
-  if (!(std::isfinite(height_m) && height_m > 0.0)) {
-    throw InputError(option, fmt::format("{:g} m is given, > 0 is allowed", height_m));
-  }
-  return height_m;
-}
-
-ViewedPair PairOf(const ExaggerationInput& input) {
-  ViewedPair pair;
-  pair.arrangement = input.arrangement;
-  if (input.base_m) {
-    const leberl::StereoConfiguration c{
-        *input.base_m, input.height_m.value(), input.ground_range_m.value(), input.arrangement};
-    Validate(c);
-    pair.from_base = c;
-    pair.height_m = c.height_m;
-    pair.first_rad = std::abs(FirstLookAngle(c));
-    pair.second_rad = std::abs(SecondLookAngle(c));
-    return pair;
-  }
-  pair.first_rad = CheckedLook("--look-1-deg", input.first_look_deg.value());
-  pair.second_rad = CheckedLook("--look-2-deg", input.second_look_deg.value());
-  if (pair.arrangement == Arrangement::kSameSide && pair.first_rad == pair.second_rad) {
-    throw InputError("--look-2-deg", "equals --look-1-deg: no base, another angle is allowed");
-  }
-  if (input.height_m) pair.height_m = CheckedHeight("--height-m", *input.height_m);
-  if (!input.orbit_height_km) return pair;
-  pair.height_m = CheckedHeight("--orbit-height-km", 1e3 * *input.orbit_height_km);
-  const double radius_m =
-      NamedEllipsoid(kBodies.at(static_cast<std::size_t>(input.body.value()))).a_m;
-  pair.first_rad = Incidence("--look-1-deg", pair.first_rad, *pair.height_m, radius_m);
-  pair.second_rad = Incidence("--look-2-deg", pair.second_rad, *pair.height_m, radius_m);
-  return pair;
-}
 
 /// What a person sees of a model: with the limits of the eyes.
 struct Relief {
@@ -129,7 +59,7 @@ std::optional<leberl::StereoViewing> ViewingOf(const ExaggerationInput& input) {
   return viewing;
 }
 
-Json ExaggerationJson(const ViewedPair& pair,
+Json ExaggerationJson(const GivenPair& pair,
                       const leberl::ViewingGuidance& view,
                       double q,
                       double q_opposite,
@@ -158,7 +88,7 @@ Json ExaggerationJson(const ViewedPair& pair,
   return json;
 }
 
-void PrintBase(const ViewedPair& pair, double q) {
+void PrintBase(const GivenPair& pair, double q) {
   fmt::print("vertical exaggeration            about {:.2g}  ", q);
   if (pair.from_base) {
     fmt::print(" (Eq. 11 {:.4f}, Eq. 10 {:.4f})\n", leberl::Exaggeration(*pair.from_base), q);
@@ -180,8 +110,9 @@ void PrintBase(const ViewedPair& pair, double q) {
 }
 
 /// Fig. 6: what the other arrangement of the same two looks does to viewing.
-void PrintFusion(const ViewedPair& pair, double q_opposite) {
-  const double first_deg = pair.first_rad * kDegPerRad, second_deg = pair.second_rad * kDegPerRad;
+void PrintFusion(const GivenPair& pair, double q_opposite) {
+  const double first_deg = pair.incidence_rad[0] * kDegPerRad,
+               second_deg = pair.incidence_rad[1] * kDegPerRad;
   fmt::print("the same looks from opposite sides: exaggeration about {:.2g}\n", q_opposite);
   fmt::print(
       "{}",
@@ -216,21 +147,21 @@ void PrintRelief(const ExaggerationInput& input,
 }
 
 int PrintExaggeration(const ExaggerationInput& input, const Session& session) {
-  const ViewedPair pair = PairOf(input);
+  const GivenPair pair = PairOf(input.pair);
   const auto viewing = ViewingOf(input);
   const leberl::ViewingGuidance view =
-      leberl::CheckViewing(pair.first_rad, pair.second_rad, pair.arrangement);
-  const double q =
-      leberl::ExaggerationFromAngles(pair.first_rad, pair.second_rad, pair.arrangement);
-  const double q_opposite =
-      leberl::ExaggerationFromAngles(pair.first_rad, pair.second_rad, Arrangement::kOppositeSide);
+      leberl::CheckViewing(pair.incidence_rad[0], pair.incidence_rad[1], pair.arrangement);
+  const double q = leberl::ExaggerationFromAngles(
+      pair.incidence_rad[0], pair.incidence_rad[1], pair.arrangement);
+  const double q_opposite = leberl::ExaggerationFromAngles(
+      pair.incidence_rad[0], pair.incidence_rad[1], Arrangement::kOppositeSide);
   if (session.json) {
     fmt::print("{}\n", ExaggerationJson(pair, view, q, q_opposite, viewing).dump(2));
     return kAccepted;
   }
   PrintBase(pair, q);
   fmt::print("{} {:.3f} and {:.3f} deg, intersection angle {:.3f} deg\n",
-             input.orbit_height_km ? "angles of incidence" : "look angles",
+             input.pair.orbit_height_km ? "angles of incidence" : "look angles",
              view.first_look_rad * kDegPerRad,
              view.second_look_rad * kDegPerRad,
              view.intersection_rad * kDegPerRad);
@@ -246,43 +177,16 @@ int PrintExaggeration(const ExaggerationInput& input, const Session& session) {
   return kAccepted;
 }
 
-/// Throws CLI::ValidationError unless the options name a pair in one of the three ways.
-void RequireOnePair(const ExaggerationInput& input) {
-  const bool base = input.base_m && input.height_m && input.ground_range_m;
-  const bool some_base = input.base_m || input.ground_range_m;
-  const bool looks = input.first_look_deg && input.second_look_deg;
-  const bool some_look = input.first_look_deg || input.second_look_deg;
-  const bool orbit = input.orbit_height_km && input.body;
-  const bool some_orbit = input.orbit_height_km || input.body;
-  const bool by_base = base && !some_look && !some_orbit;
-  const bool by_looks = looks && !some_base && (some_orbit ? orbit && !input.height_m : true);
-  if (by_base || by_looks) return;
-  throw CLI::ValidationError(
-      "exaggeration",
-      "the pair is given by --base-m, --height-m and --ground-range-m, or by --look-1-deg and "
-      "--look-2-deg, alone, with --height-m, or with --orbit-height-km and --body");
-}
-
 }  // namespace
 
 void AddLeberlExaggeration(CLI::App* leberl, Session* session) {
   const auto input = std::make_shared<ExaggerationInput>();
   CLI::App* command = leberl->add_subcommand(
       "exaggeration", "Vertical exaggeration (Eq. 9-11), viewing guidance, what the eye sees");
-  command->add_option("--base-m", input->base_m, "stereo base B");
-  command->add_option("--height-m", input->height_m, "flying height H");
-  command->add_option("--ground-range-m",
-                      input->ground_range_m,
-                      "ground distance y of the point from the nadir line of station '");
-  command->add_option("--look-1-deg", input->first_look_deg, "look angle of station ' off nadir");
-  command->add_option("--look-2-deg", input->second_look_deg, "look angle of station ''");
-  command->add_option("--orbit-height-km", input->orbit_height_km, "height of both orbits");
-  const std::map<std::string, int> bodies = {{"Earth", 0}, {"Moon", 1}, {"Venus", 2}, {"Mars", 3}};
-  command->add_option("--body", input->body, "body below the orbits")->transform(ChoiceOf(bodies));
-  command->add_flag_callback(
-      "--opposite",
-      [input] { input->arrangement = Arrangement::kOppositeSide; },
-      "opposite-side stereo: the point lies between the stations");
+  command->add_option(
+      "--look-1-deg", input->pair.first_look_deg, "look angle of station ' off nadir");
+  command->add_option("--look-2-deg", input->pair.second_look_deg, "look angle of station ''");
+  AddPairOptions(command, &input->pair);
   command->add_option("--viewing-scale",
                       input->viewing_scale,
                       "M of images viewed at 1:M: adds what is seen and what fuses");
@@ -293,7 +197,7 @@ void AddLeberlExaggeration(CLI::App* leberl, Session* session) {
   command->add_option("--fusion-arcmin", input->fusion_arcmin, "largest one that fuses")
       ->capture_default_str();
   command->callback([session, input] {
-    RequireOnePair(*input);
+    RequireOnePair("exaggeration", HeightNeed::kOptional, input->pair);
     session->run = [session, input] { return PrintExaggeration(*input, *session); };
   });
 }

@@ -24,6 +24,7 @@ int main(int argc, char** argv) {
                                      AddReport,
                                      AddExport,
                                      AddConvert,
+                                     AddPlan,
                                      AddStudy,
                                      AddLeberl},
                         .cores = sarblock::AvailableCores()};

@@ -21,6 +21,7 @@
 #include <string>
 #include <system_error>
 
+#include "block/swath.h"
 #include "core/memory.h"
 #include "core/threads.h"
 #include "files/summary.h"
@@ -293,14 +294,23 @@ BlockFile ReadBlockOrPlan(const std::string& path, ReadOptions read) {
   std::rethrow_exception(fault);
 }
 
-/// The looks that `predict` would take for a plan.
-Block WithPlannedLooks(const Block& plan, const std::string& path) {
-  std::vector<Eigen::Vector3d> positions_m = ReadTruth(path, plan).points_m;
-  positions_m.resize(plan.points.size(), Eigen::Vector3d::Constant(kNotGiven));
+/// Gives a plan the looks that `predict` would take; returns the positions at which it would.
+std::vector<Eigen::Vector3d> PlanLooks(const std::string& path, Block* plan) {
+  std::vector<Eigen::Vector3d> positions_m = ReadTruth(path, *plan).points_m;
+  positions_m.resize(plan->points.size(), Eigen::Vector3d::Constant(kNotGiven));
   for (std::size_t i = 0; i < positions_m.size(); ++i) {
-    if (!positions_m[i].allFinite()) positions_m[i] = plan.points.given_m[i];
+    if (!positions_m[i].allFinite()) positions_m[i] = plan->points.given_m[i];
   }
-  return FillMeasurements(plan, positions_m);
+  *plan = FillMeasurements(*plan, positions_m);
+  return positions_m;
+}
+
+nlohmann::json CoverageJson(const Coverage& coverage) {
+  return {{"looks_per_point", coverage.looks_per_point},
+          {"fewest_looks", coverage.fewest},
+          {"most_looks", coverage.most},
+          {"least_look_deg", coverage.least_look_rad / kRadPerDeg},
+          {"largest_look_deg", coverage.most_look_rad / kRadPerDeg}};
 }
 
 int RunCheck(const CheckArguments& arguments, const Session& session) {
@@ -318,7 +328,15 @@ int RunCheck(const CheckArguments& arguments, const Session& session) {
   }
   file.adjust.threads = session.Threads();
   file.adjust.memory_mib = arguments.memory_mib;
-  if (plan) file.block = WithPlannedLooks(file.block, arguments.block);
+  std::optional<Coverage> coverage;  // of a plan
+  if (plan) {
+    const bool no_rows = file.block.looks.size() == 0;
+    const std::vector<Eigen::Vector3d> positions_m = PlanLooks(arguments.block, &file.block);
+    coverage = CoverageOf(file.block, positions_m);
+    if (const auto warning = WarningOfPlan(file.block, positions_m); no_rows && warning) {
+      file.warnings.push_back(*warning);
+    }
+  }
   const BlockCheck check = Naming(
       arguments.block, [&] { return CheckBlock(file.block, file.adjust, session.progress.get()); });
   std::vector<std::string> warnings = file.warnings;
@@ -326,25 +344,29 @@ int RunCheck(const CheckArguments& arguments, const Session& session) {
   if (session.json) {
     std::array<std::size_t, 3> roles{};
     for (const PointRole role : file.block.points.role) ++roles[static_cast<std::size_t>(role)];
-    const nlohmann::json summary = {{"format", "sarblock-check 1"},
-                                    {"block", file.block.name},
-                                    {"passes", file.block.passes.size()},
-                                    {"points", file.block.points.size()},
-                                    {"tie", roles[0]},
-                                    {"control", roles[1]},
-                                    {"check", roles[2]},
-                                    {"looks", file.block.looks.size()},
-                                    {"plan", plan},
-                                    {"left_out_by_rejections", left_out},
-                                    {"corrections", check.corrections},
-                                    {"needs", NeedsJson(check.needs)},
-                                    {"warnings", warnings}};
+    nlohmann::json summary = {{"format", "sarblock-check 1"},
+                              {"block", file.block.name},
+                              {"passes", file.block.passes.size()},
+                              {"points", file.block.points.size()},
+                              {"tie", roles[0]},
+                              {"control", roles[1]},
+                              {"check", roles[2]},
+                              {"looks", file.block.looks.size()},
+                              {"plan", plan},
+                              {"left_out_by_rejections", left_out},
+                              {"corrections", check.corrections},
+                              {"needs", NeedsJson(check.needs)},
+                              {"warnings", warnings}};
+    if (coverage) summary["coverage"] = CoverageJson(*coverage);
     fmt::print("{}\n", summary.dump(2));
     return kAccepted;
   }
   std::string text =
       fmt::format("{}  corrections {}\n", DescribeBlock(file.block), check.corrections);
-  if (plan) text += "  a plan: no look is measured, those that predict would take are counted\n";
+  if (coverage) {
+    text += "  a plan: no look is measured, those that predict would take are counted\n";
+    text += fmt::format("  {}\n", Describe(*coverage));
+  }
   if (left_out > 0) {
     text += fmt::format("  looks left out by {}: {}\n", file.adjust.rejections_file, left_out);
   }

@@ -18,6 +18,7 @@
 #include "core/threads.h"
 #include "report/svg_plot.h"
 #include "studies/densification_file.h"
+#include "studies/design.h"
 #include "studies/stability.h"
 #include "studies/study.h"
 #include "studies/tradeoff.h"
@@ -35,6 +36,11 @@ constexpr std::array kKinds = {
               "How much control, where, and what the next point is worth",
               PrepareDensification,
               DensificationKeys,
+              true},
+    StudyKind{"design",
+              "One or two keys of a scene swept: accuracy, goals and cost of each block",
+              PrepareDesign,
+              DesignKeys,
               true},
     StudyKind{"tradeoff",
               "Speed against accuracy of everything a user can choose, one stage at a time",
@@ -119,7 +125,9 @@ void Conclude(const StudyKind& kind,
               kept,
               arguments,
               {{"tasks", study.plan.tasks.size()}, {"words", answer.words}, {"files", files}}),
-      fmt::format("{}\n{} rows; {} written to {}\n",
+      fmt::format("{}{}{}\n{} rows; {} written to {}\n",
+                  fmt::join(answer.tables, "\n"),
+                  answer.tables.empty() ? "" : "\n",
                   fmt::join(answer.words, "\n"),
                   table.size(),
                   fmt::join(files, ", "),
@@ -553,6 +561,128 @@ PreparedStudy PrepareDensification(const std::string& file,
   prepared.identity = read->identity;
   prepared.conclude = [read](const StudyTable& table, ProgressSink*) {
     return ConcludeDensification(read->study, table);
+  };
+  return prepared;
+}
+
+namespace {
+
+constexpr std::array kDesignAxes = {"along", "across", "up"};
+
+/// Median (dashed) and worst (solid) sigmas against the swept value, or against its place in the
+/// list where the values are not numbers.
+std::string PlotSweep(const DesignStudy& study, const StudyTable& table) {
+  Plot plot;
+  plot.title = "Accuracy against " + study.axes.front().name;
+  plot.x.label = study.axes.front().name;
+  plot.y = {.label = "sigma [m]", .scale = PlotScale::kLog, .range = {}};
+  bool numbers = true;
+  for (std::size_t row = 0; row < table.size(); ++row) {
+    numbers = numbers && std::isfinite(table.Number(row, "number_1"));
+  }
+  if (!numbers) {
+    plot.x.label += ", as listed";
+    for (std::size_t row = 0; row < table.size(); ++row) {
+      plot.notes.push_back(fmt::format("{}: {}", row + 1, study.axes.front().values[row]));
+    }
+  }
+  for (std::size_t axis = 0; axis < kDesignAxes.size(); ++axis) {
+    for (const bool worst : {true, false}) {
+      PlotSeries series;
+      series.name = std::string(kDesignAxes[axis]) + (worst ? ", worst point" : ", median");
+      series.colour = axis;
+      series.dash = worst ? PlotDash::kSolid : PlotDash::kDashed;
+      series.open = !worst;
+      const std::string column =
+          fmt::format("{}_sigma_{}_m", worst ? "max" : "median", kDesignAxes[axis]);
+      for (std::size_t row = 0; row < table.size(); ++row) {
+        const double x = numbers ? table.Number(row, "number_1") : static_cast<double>(row + 1);
+        series.points.push_back({x, table.Number(row, column)});
+      }
+      plot.series.push_back(std::move(series));
+    }
+  }
+  ChooseScale(&plot);
+  return SvgOf(plot);
+}
+
+std::string PlotDesignMatrix(const DesignStudy& study,
+                             const StudyTable& table,
+                             const std::string& column,
+                             const std::string& title) {
+  HeatMap map;
+  map.title = title;
+  map.rows_label = study.axes[0].name;
+  map.columns_label = study.axes[1].name;
+  map.rows = study.axes[0].values;
+  map.columns = study.axes[1].values;
+  for (std::size_t row = 0; row < table.size(); ++row) {
+    map.values.push_back(table.Number(row, column));
+    if (!study.goals.empty()) map.framed.push_back(table.Number(row, "reached") == 1.0);
+  }
+  if (!study.goals.empty()) map.notes = {"framed: reaches all goals"};
+  return SvgOf(map);
+}
+
+/// Accuracy against cost; what nothing beats in both is joined by a line.
+std::string PlotCost(const DesignStudy& study, const StudyTable& table) {
+  const std::string quantity = DesignQuantity(study);
+  Plot plot;
+  plot.title = "Accuracy against cost";
+  plot.x.label = "cost" + (study.prices.currency.empty() ? "" : " [" + study.prices.currency + "]");
+  plot.y = {.label = quantity.starts_with("max") ? "worst point [m]" : "median [m]",
+            .scale = PlotScale::kLog,
+            .range = {}};
+  PlotSeries best, others;
+  best.name = "nothing is cheaper and better";
+  others.name = "others";
+  others.mark = PlotMark::kMarkers;
+  others.colour = PlotSeries::kBlack;
+  others.open = true;
+  for (std::size_t row = 0; row < table.size(); ++row) {
+    PlotSeries& series = table.Number(row, "pareto") == 1.0 ? best : others;
+    series.points.push_back({table.Number(row, "cost"), table.Number(row, quantity)});
+  }
+  std::sort(best.points.begin(), best.points.end());
+  plot.series = {others, best};
+  ChooseScale(&plot);
+  return SvgOf(plot);
+}
+
+StudyAnswer ConcludeDesign(const DesignStudy& study, const StudyTable& table) {
+  StudyAnswer answer;
+  answer.words = DescribeDesign(study, table);
+  answer.tables = DesignTables(study, table);
+  const StudyTable marked = MarkPareto(study, table);
+  if (study.axes.size() == 1) {
+    answer.files.emplace_back("design_curve.svg", PlotSweep(study, marked));
+  } else {
+    for (const char* axis : kDesignAxes) {
+      answer.files.emplace_back(fmt::format("design_{}.svg", axis),
+                                PlotDesignMatrix(study,
+                                                 marked,
+                                                 fmt::format("max_sigma_{}_m", axis),
+                                                 fmt::format("Worst point, sigma {} [m]", axis)));
+    }
+  }
+  if (study.prices.Given()) {
+    answer.files.emplace_back("design_cost.svg", PlotCost(study, marked));
+    answer.table = marked;
+  }
+  return answer;
+}
+
+}  // namespace
+
+PreparedStudy PrepareDesign(const std::string& file,
+                            const std::vector<std::string>& overrides,
+                            int /*threads*/) {
+  const auto read = std::make_shared<DesignFile>(ReadDesign(file, overrides));
+  PreparedStudy prepared;
+  prepared.plan = PlanDesign(read->study);
+  prepared.identity = read->identity;
+  prepared.conclude = [read](const StudyTable& table, ProgressSink*) {
+    return ConcludeDesign(read->study, table);
   };
   return prepared;
 }

@@ -14,7 +14,8 @@ namespace sarblock::cli {
 
 /// What a study says beside its table.
 struct StudyAnswer {
-  std::vector<std::string> words;  ///< lines for people, also written to NAME.txt
+  std::vector<std::string> words;   ///< lines for people, also written to NAME.txt
+  std::vector<std::string> tables;  ///< lines printed above them: tables for a terminal
   /// Further files of the folder, name and content: plots, more tables.
   std::vector<std::pair<std::string, std::string>> files;
   /// The table with the columns that need all rows, where the kind has such: written in place of
@@ -54,6 +55,9 @@ void AddStudy(CLI::App* app, Session* session);
 [[nodiscard]] PreparedStudy PrepareDensification(const std::string& file,
                                                  const std::vector<std::string>& overrides,
                                                  int threads);
+[[nodiscard]] PreparedStudy PrepareDesign(const std::string& file,
+                                          const std::vector<std::string>& overrides,
+                                          int threads);
 [[nodiscard]] PreparedStudy PrepareTradeoff(const std::string& file,
                                             const std::vector<std::string>& overrides,
                                             int threads);

@@ -116,7 +116,8 @@ double ReadDoppler(const Row& row, const Pass& pass, double time_s) {
   return doppler_hz;
 }
 
-// Squint [rad] or Doppler [Hz], and the flag that tells which.
+// Squint [rad] or Doppler [Hz], that of the pass where the row gives none, and the flag that says
+// which.
 double ReadCone(const Row& row, const Pass& pass, double time_s, std::uint8_t* flags) {
   const bool squint = row.Given(kLookColumns("squint_deg")),
              doppler = row.Given(kLookColumns("doppler_hz"));
@@ -124,7 +125,7 @@ double ReadCone(const Row& row, const Pass& pass, double time_s, std::uint8_t* f
     row.Fail(kLookColumns("doppler_hz"), "excludes squint_deg; give one of both");
   }
   if (doppler) *flags |= Looks::kDoppler;
-  return doppler ? ReadDoppler(row, pass, time_s) : squint ? ReadSquint(row) : 0.0;
+  return doppler ? ReadDoppler(row, pass, time_s) : squint ? ReadSquint(row) : pass.squint_rad;
 }
 
 // The one number above 0 that the row gives among `columns`; its column, or nothing.
@@ -289,7 +290,7 @@ void ReadRows(const BlockReading& reading, Batch* batch, Looks* rows) {
     static_cast<void>(row.Id(kLookColumns("point")));
     std::uint8_t flags = row.Flag(kLookColumns("rejected")) ? Looks::kRejected : 0;
     const RadarCoordinates radar = ReadMeasured(row, pass, reading.options);
-    double cone = 0.0, range_sigma_m = kNotGiven, azimuth_sigma = kNotGiven;
+    double cone = pass.squint_rad, range_sigma_m = kNotGiven, azimuth_sigma = kNotGiven;
     if (!same[pass_index]) {
       const double pixel_sigma_px = reading.pixel_sigma_px[pass_index];
       cone = ReadCone(row, pass, radar.time_s, &flags);

@@ -324,6 +324,27 @@ bool SameIgnoringCase(const std::string& a, const std::string& b) {
 
 }  // namespace
 
+std::optional<Swath> ReadSwath(
+    const std::function<std::optional<TomlValue>(const std::string&)>& find) {
+  std::optional<Swath> swath;
+  std::string given;
+  for (std::size_t kind = 0; kind < kSwathKeys.size(); ++kind) {
+    const auto value = find(kSwathKeys[kind].key);
+    if (!value) continue;
+    if (!given.empty()) value->Fail("excludes " + given + "; give one of both");
+    given = kSwathKeys[kind].key;
+    const std::vector<double> limits = Numbers(*value);
+    if (limits.size() != 2) {
+      value->Fail("is a list of " + std::to_string(limits.size()) +
+                  ", a list of 2 numbers is needed");
+    }
+    const double unit = kSwathKeys[kind].factor;
+    swath = Swath{static_cast<SwathKind>(kind), {limits[0] * unit, limits[1] * unit}};
+    if (const auto problem = ProblemOf(*swath)) value->Fail(*problem);
+  }
+  return swath;
+}
+
 Ellipsoid ReadEllipsoid(const TomlValue& value) {
   if (value.IsText()) {
     const std::string text = value.Text();
@@ -436,7 +457,11 @@ void ReadPass(const TomlTable& table,
                       "end_s",
                       "epoch_utc",
                       "image",
-                      "trajectory"});
+                      "trajectory",
+                      "squint_deg",
+                      "swath_look_deg",
+                      "swath_ground_m",
+                      "swath_range_m"});
   Pass pass;
   const TomlValue id = table.Require("id", "the name of the pass");
   pass.id = id.Text();
@@ -463,6 +488,13 @@ void ReadPass(const TomlTable& table,
     ReadTrajectoryTable(TomlTable(*own), &pass.recorded.asked);
   }
   ReadImageGrid(table, &pass, reading);
+  pass.swath = ReadSwath([&table](const std::string& key) { return table.Find(key); });
+  if (const auto squint = table.Find("squint_deg")) {
+    if (!(std::abs(squint->Number()) < 90.0)) {
+      squint->Fail("must be between -90 and 90, got " + NumberText(squint->Number()));
+    }
+    pass.squint_rad = squint->Number() * kRadPerDeg;
+  }
   std::optional<std::array<double, 2>> span_s;
   const auto start = table.Find("start_s"), end = table.Find("end_s");
   if (start || end) {

@@ -6,6 +6,7 @@
 #include "sarblock/geometry/frame.h"
 
 #include <array>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -88,6 +89,11 @@ struct PixelSigma {
 
 /// The same as TOML text, to stand behind the keys of its `[[pass]]`.
 [[nodiscard]] std::string ImageTableText(const ImageGrid& grid);
+
+/// The swath of a block's pass or a scene's flight by the keys of kSwathKeys, of which `find` gives
+/// the values; one of them at most.
+[[nodiscard]] std::optional<Swath> ReadSwath(
+    const std::function<std::optional<TomlValue>(const std::string&)>& find);
 
 /// The `ellipsoid` of a block's or a scene's frame: a name, or { a_m = ..., f = ... }.
 [[nodiscard]] Ellipsoid ReadEllipsoid(const TomlValue& value);

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "block/read_recorded.h"
 #include "block_reader.h"
@@ -56,6 +57,19 @@ std::string TrajectoryText(const TrajectoryOptions& options) {
   return text + " }\n";
 }
 
+/// A number for people to read and change: 30, where the nearest double in degrees is not.
+std::string ShortText(double value, double factor) {
+  const std::string text = Digits(value / factor, 15);
+  return std::strtod(text.c_str(), nullptr) * factor == value ? text
+                                                              : NumberText(ToUnit(value, factor));
+}
+
+std::string SwathText(const Swath& swath) {
+  const SwathKey& key = kSwathKeys[static_cast<std::size_t>(swath.kind)];
+  return std::string(key.key) + " = [" + ShortText(swath.limits[0], key.factor) + ", " +
+         ShortText(swath.limits[1], key.factor) + "]\n";
+}
+
 std::string FrameText(const Frame& frame) {
   if (frame.kind() == FrameKind::kLocal) return "[frame]\nkind = \"local\"\n";
   const Ellipsoid& ellipsoid = frame.ellipsoid();
@@ -96,6 +110,10 @@ std::string BlockTomlText(const Block& block, const AdjustOptions& adjust) {
     if (!one_sigma) AppendSigma(pass.sigma, "_sigma", &text);
     text += "start_s = " + NumberText(pass.start_s) + "\n";
     text += "end_s = " + NumberText(pass.end_s) + "\n";
+    if (pass.squint_rad != 0.0) {
+      text += "squint_deg = " + ShortText(pass.squint_rad, kRadPerDeg) + "\n";
+    }
+    if (pass.swath) text += SwathText(*pass.swath);
     if (!pass.epoch_utc.empty()) text += "epoch_utc = " + TomlText(pass.epoch_utc) + "\n";
     if (!one_trajectory) text += TrajectoryText(pass.recorded.asked);
     if (pass.image) text += ImageTableText(*pass.image);
@@ -136,6 +154,13 @@ void WritePoints(TableSink* sink, const Block& block) {
   table->Commit();
 }
 
+/// Whether the row of a look says its squint: it is not 0, or 0 in a pass with another one.
+bool NeedsSquint(const Block& block, std::size_t look) {
+  const Looks& looks = block.looks;
+  return (!looks.cone.empty() && looks.cone[look] != 0.0) ||
+         block.passes[looks.pass[look]].squint_rad != 0.0;
+}
+
 /// Columns of looks that a block does not need.
 std::vector<std::string_view> ColumnsLeftOut(const Block& block) {
   const Looks& looks = block.looks;
@@ -144,7 +169,7 @@ std::vector<std::string_view> ColumnsLeftOut(const Block& block) {
   for (std::size_t i = 0; i < looks.size(); ++i) {
     const bool by_doppler = (looks.flags[i] & Looks::kDoppler) != 0;
     doppler |= by_doppler;
-    squint |= !by_doppler && !looks.cone.empty() && looks.cone[i] != 0.0;
+    squint |= !by_doppler && NeedsSquint(block, i);
     rejected |= looks.rejected(i);
     range_sigma |= !looks.range_sigma_m.empty() && !std::isnan(looks.range_sigma_m[i]);
     if (!looks.azimuth_sigma.empty() && !std::isnan(looks.azimuth_sigma[i])) {
@@ -177,7 +202,7 @@ void WriteLooks(TableSink* sink, const Block& block, const IdTable& pass_ids) {
     const double cone = looks.cone.empty() ? 0.0 : looks.cone[i];
     if ((looks.flags[i] & Looks::kDoppler) != 0) {
       row.Number(kColumns("doppler_hz"), cone);
-    } else if (cone != 0.0) {
+    } else if (NeedsSquint(block, i)) {
       row.Number(kColumns("squint_deg"), ToUnit(cone, kRadPerDeg));
     }
     if (!looks.range_sigma_m.empty()) {

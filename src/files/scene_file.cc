@@ -23,15 +23,12 @@ SceneFlight ReadFlight(SceneTable& table) {
   table.Choice<LookSide>(
       "look", {{"left", LookSide::kLeft}, {"right", LookSide::kRight}}, &flight.side);
   table.Number("squint_deg", &flight.squint_rad, kRadPerDeg);
-  int swaths = 0;
-  if (table.Numbers("swath_look_deg", &flight.swath.limits, kRadPerDeg)) ++swaths;
-  if (table.Numbers("swath_ground_m", &flight.swath.limits)) {
-    flight.swath.kind = SwathKind::kGroundRange;
-    ++swaths;
-  }
-  if (table.Numbers("swath_slant_m", &flight.swath.limits)) {
-    flight.swath.kind = SwathKind::kSlantRange;
-    ++swaths;
+  if (const auto swath = ReadSwath([&table](const std::string& key) {
+        auto value = table.Take(key);
+        // The name of swath_range_m in older scenes.
+        return value || key != "swath_range_m" ? value : table.Take("swath_slant_m");
+      })) {
+    flight.swath = *swath;
   }
   table.Count("count", &flight.count);
   table.Count("segments", &flight.segments);
@@ -54,10 +51,6 @@ SceneFlight ReadFlight(SceneTable& table) {
   table.Number("range_sigma_m", &flight.range_sigma_m);
   table.Number("azimuth_sigma_m", &flight.azimuth_sigma_m);
   table.Finish();
-  if (swaths > 1) {
-    throw InputError(table.PlaceOf("swath"),
-                     "is given twice; give one of swath_look_deg, swath_ground_m, swath_slant_m");
-  }
   return flight;
 }
 

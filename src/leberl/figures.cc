@@ -97,15 +97,8 @@ FigureRow RowOf(std::string figure,
   row.first_look_rad = LookAngle(looks[0], point_m);
   row.second_look_rad = LookAngle(looks[1], point_m);
   row.intersection_rad = IntersectionAngle(point_m, looks[0], looks[1]);
-  const Intersection found = Intersect(looks, Frame::Local());
-  row.outcome = found.outcome;
-  if (found.outcome == IntersectionOutcome::kDetermined) {
-    const auto sigma = [&](const Vector3d& axis) {
-      return std::sqrt(axis.dot(found.covariance_m2 * axis));
-    };
-    row.sigmas =
-        FigureRow::Sigmas{sigma(Vector3d::UnitX()), sigma(up.cross(Vector3d::UnitX())), sigma(up)};
-  }
+  row.outcome = Intersect(looks, Frame::Local()).outcome;
+  row.sigmas = SigmasOf(looks, Vector3d::UnitX(), up.cross(Vector3d::UnitX()), up);
   return row;
 }
 

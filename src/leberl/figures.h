@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "pair.h"
+
 namespace sarblock {
 
 /// The configurations of Leberl (1979), Fig. 3 to 5, 8 and 9, at one point of the ground, beside
@@ -40,12 +42,7 @@ struct FigureRow {
   double intersection_rad = 0.0;  ///< dtheta, sarblock::IntersectionAngle
   /// Standard deviations of the point along and across the first track and up; empty where the
   /// circles of both looks do not determine it.
-  struct Sigmas {
-    double along_m = 0.0;
-    double across_m = 0.0;
-    double up_m = 0.0;
-  };
-  std::optional<Sigmas> sigmas;
+  std::optional<PointSigmas> sigmas;
   std::optional<double> exaggeration;  ///< q of Eq. 10; empty where no parallax can be viewed
   IntersectionOutcome outcome = IntersectionOutcome::kNotConverged;
 };

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <optional>
 #include <unordered_set>
@@ -351,6 +352,29 @@ KnownPosition EquallyKnown(std::uint32_t point, const std::array<bool, 3>& fixed
   return known;
 }
 
+namespace {
+
+/// Slant ranges from the outer edge of the first sample to that of the last one, over the lines of
+/// the image; nothing where its size or its ranges are not known.
+std::optional<Swath> SwathOf(const ImagePass& image) {
+  if (image.samples < 2 || image.lines < 1 || !image.pass.image) return std::nullopt;
+  Swath swath{SwathKind::kSlantRange, {std::numeric_limits<double>::infinity(), 0.0}};
+  auto& [near_m, far_m] = swath.limits;
+  const auto last_line = static_cast<double>(image.lines - 1);
+  for (const double line_px : {0.0, 0.5 * last_line, last_line}) {
+    for (const double pixel_px : {-0.5, static_cast<double>(image.samples) - 0.5}) {
+      const auto radar = RadarFromImage(*image.pass.image, {line_px, pixel_px});
+      if (!radar) return std::nullopt;
+      near_m = std::min(near_m, radar->range_m);
+      far_m = std::max(far_m, radar->range_m);
+    }
+  }
+  if (ProblemOf(swath)) return std::nullopt;
+  return swath;
+}
+
+}  // namespace
+
 std::uint32_t BlockBuilder::AddImage(ImagePass image) {
   if (images_.empty()) {
     block_.frame = Frame::Geocentric(NamedLike(image.ellipsoid));
@@ -370,6 +394,7 @@ std::uint32_t BlockBuilder::AddImage(ImagePass image) {
         FilePlace{image.file, 0, "id"},
         Quoted(image.pass.id) + " is the id of another image too, give ids of your own with --id");
   }
+  image.pass.swath = SwathOf(image);
   block_.passes.push_back(std::move(image.pass));
   images_.push_back(std::move(image));
   match_counts_.push_back(0);

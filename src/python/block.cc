@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "arrays.h"
+#include "core/text.h"
 #include "core/threads.h"
 #include "module.h"
 #include "tables/open.h"
@@ -240,6 +241,14 @@ py::dict DescribePass(const BlockData& data, std::size_t index) {
   out["azimuth_unit"] = UnitOf(pass.sigma.azimuth_unit);
   out["start_s"] = pass.start_s;
   out["end_s"] = pass.end_s;
+  out["squint_deg"] = ToUnit(pass.squint_rad, kRadPerDeg);
+  out["swath"] = py::none();
+  if (pass.swath) {
+    const SwathKey& key = kSwathKeys[static_cast<std::size_t>(pass.swath->kind)];
+    out["swath"] = py::make_tuple(key.key,
+                                  ToUnit(pass.swath->limits[0], key.factor),
+                                  ToUnit(pass.swath->limits[1], key.factor));
+  }
   out["epoch_utc"] = pass.epoch_utc;
   out["through"] = NameOf(pass.recorded.asked.through);
   out["state_sigma_m"] = pass.recorded.asked.sigma.position_m;

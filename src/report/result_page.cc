@@ -272,11 +272,12 @@ ReportFile WritePage(const Page& page,
 
 void RequireResultOrStudy(const fs::path& path) {
   const auto fail = [&](const std::string& what) {
-    throw InputError(FilePlace{path.string(), 0, ""},
-                     what +
-                         "; a result or a study is a folder with summary.json (a result) or with "
-                         "densification.csv, tradeoff.csv or stability.csv (a study), or an HDF5 "
-                         "file of a result");
+    throw InputError(
+        FilePlace{path.string(), 0, ""},
+        what +
+            "; a result or a study is a folder with summary.json (a result) or with "
+            "densification.csv, design.csv, tradeoff.csv or stability.csv (a study), or an HDF5 "
+            "file of a result");
   };
   if (!fs::exists(path)) fail("does not exist");
   if (!fs::is_directory(path) && !IsContainer(path)) fail("is a file that is no HDF5 file");
@@ -296,8 +297,8 @@ ReportFile WriteReport(const fs::path& folder, const fs::path& out, ProgressSink
   const StudyFolder study = ReadStudyFolder(folder);
   if (study.tables.empty()) {
     throw InputError(FilePlace{folder.string(), 0, ""},
-                     "has no summary.json (a result) and no densification.csv, tradeoff.csv or "
-                     "stability.csv (a study)");
+                     "has no summary.json (a result) and no densification.csv, design.csv, "
+                     "tradeoff.csv or stability.csv (a study)");
   }
   return WritePage(MakeStudyPage(study), study.tables.front().kind, file, progress);
 }

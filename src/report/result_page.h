@@ -67,10 +67,10 @@ struct ReportFile {
 
 /// Writes a report of a folder as one HTML file that needs no other and no network
 /// (docs/report.md): of a result of adjust, intersect or predict (a folder with summary.json, or an
-/// HDF5 file), or of a study (a folder with densification.csv, tradeoff.csv or stability.csv). An
-/// empty `out` means report.html in the folder (FileOf() of tables/output.h). The same folder gives
-/// the same bytes. Throws InputError for a folder that is neither, or whose files are damaged.
-/// Large blocks are sampled, which the page says: it stays below 5 MB.
+/// HDF5 file), or of a study (a folder with densification.csv, design.csv, tradeoff.csv or
+/// stability.csv). An empty `out` means report.html in the folder (FileOf() of tables/output.h).
+/// The same folder gives the same bytes. Throws InputError for a folder that is neither, or whose
+/// files are damaged. Large blocks are sampled, which the page says: it stays below 5 MB.
 ReportFile WriteReport(const std::filesystem::path& folder,
                        const std::filesystem::path& out = {},
                        ProgressSink* progress = nullptr);

@@ -33,10 +33,10 @@ std::string Shortened(const std::string& text) {
   return text.substr(0, text.rfind(' ', kMaxBytes)) + " ...";
 }
 
-std::string Sentence(std::string line) {
-  line = Capital(std::move(line));
-  if (!line.ends_with('.')) line += '.';
-  return line;
+std::string Sentence(const std::string& line) {
+  std::string sentence = Capital(line);
+  if (!sentence.ends_with('.')) sentence += '.';
+  return sentence;
 }
 
 }  // namespace
@@ -112,6 +112,7 @@ Page MakeStudyPage(const StudyFolder& study) {
   page.title = "Study";
   for (const StudyCsv& table : study.tables) {
     StudyPart part = table.kind == "densification" ? DensificationPart(table)
+                     : table.kind == "design"      ? DesignPart(table)
                      : table.kind == "tradeoff"    ? TradeoffPart(table)
                                                    : StabilityPart(table);
     if (study.tables.size() == 1) page.title = Capital(table.kind) + " study";
@@ -186,6 +187,29 @@ const std::vector<StudyKind>& Kinds() {
                                               {"determined"},
                                               {"variant"},
                                               {"rms_sigma_u_m"}}},
+                                            {"design",
+                                             {{"axis_1", ColumnNeed::kRequired},
+                                              {"value_1", ColumnNeed::kRequired},
+                                              {"number_1"},
+                                              {"axis_2"},
+                                              {"value_2"},
+                                              {"median_sigma_along_m"},
+                                              {"median_sigma_across_m"},
+                                              {"median_sigma_up_m"},
+                                              {"max_sigma_along_m"},
+                                              {"max_sigma_across_m"},
+                                              {"max_sigma_up_m"},
+                                              {"worst_point"},
+                                              {"passes"},
+                                              {"control_points"},
+                                              {"looks_per_point"},
+                                              {"redundancy"},
+                                              {"flight_km"},
+                                              {"cost"},
+                                              {"reached"},
+                                              {"pareto"},
+                                              {"determined"},
+                                              {"message"}}},
                                             {"tradeoff",
                                              {{"stage", ColumnNeed::kRequired},
                                               {"choice", ColumnNeed::kRequired},
@@ -275,6 +299,8 @@ double StudyCsv::Number(std::size_t row, const std::string& column) const {
   return error == std::errc() && end == text.data() + text.size() ? value : kAbsent;
 }
 
+bool StudyCsv::Determined(std::size_t row) const { return Text(row, "determined") != "0"; }
+
 std::vector<std::string> StudyCsv::Values(const std::string& column) const {
   std::vector<std::string> out;
   for (std::size_t row = 0; row < rows.size(); ++row) {
@@ -319,10 +345,6 @@ namespace {
 constexpr const char* kLayoutColors[] = {"blue", "orange", "green", "purple"};
 constexpr std::size_t kMaxLayouts = 4;  // of a panel; drawn runs or single layouts are the fifth
 
-bool Determined(const StudyCsv& table, std::size_t row) {
-  return table.Text(row, "determined") != "0";
-}
-
 /// What a panel shows: a column, and where runs with drawn noise measured the same, theirs.
 struct Measure {
   const char* id;
@@ -354,7 +376,7 @@ std::vector<LayoutRows> LayoutsOf(const StudyCsv& table, const std::string& vari
   for (const std::string& layout : table.Values("layout")) {
     LayoutRows one{layout, {}};
     for (const std::size_t r : RowsOf(table, "layout", layout, "control_points")) {
-      if (Determined(table, r) && table.Text(r, "variant") == variant) one.rows.push_back(r);
+      if (table.Determined(r) && table.Text(r, "variant") == variant) one.rows.push_back(r);
     }
     if (layout == "none") without = one.rows;
     if (!one.rows.empty() && layout != "none") out.push_back(std::move(one));
@@ -437,7 +459,7 @@ std::vector<PageFact> FactsOf(const StudyCsv& table) {
   constexpr const char* kWorst = "max_sigma_u_m";
   std::size_t best = table.rows.size();
   for (std::size_t r = 0; r < table.rows.size(); ++r) {
-    if (!Determined(table, r) || std::isnan(table.Number(r, kWorst))) continue;
+    if (!table.Determined(r) || std::isnan(table.Number(r, kWorst))) continue;
     if (best == table.rows.size() || table.Number(r, kWorst) < table.Number(best, kWorst)) best = r;
   }
   if (best == table.rows.size()) return {};
@@ -450,7 +472,7 @@ std::vector<PageFact> FactsOf(const StudyCsv& table) {
   for (const std::size_t first : RowsOf(table, "layout", layout, "control_points")) {
     const double most_m = table.Number(first, kWorst);
     const bool same = table.Text(first, "variant") == table.Text(best, "variant");
-    if (!same || !Determined(table, first) || !(most_m > least_m)) continue;
+    if (!same || !table.Determined(first) || !(most_m > least_m)) continue;
     const double gain = 1.0 - least_m / most_m;
     constexpr double kHardly = 0.1;
     facts.push_back({"More control",
@@ -475,7 +497,7 @@ StudyPart DensificationPart(const StudyCsv& table) {
   double least = kAbsent, worst_nees = 0.0;
   std::size_t open = 0, tested = 0;
   for (std::size_t r = 0; r < table.rows.size(); ++r) {
-    if (!Determined(table, r)) {
+    if (!table.Determined(r)) {
       ++open;
       continue;
     }

@@ -12,7 +12,7 @@ namespace sarblock {
 
 /// A table of a study: the known columns (docs/formats.md), texts and numbers, by row.
 struct StudyCsv {
-  std::string kind;  ///< "densification", "tradeoff", "stability"
+  std::string kind;  ///< "densification", "design", "tradeoff", "stability"
   std::vector<std::string> columns;
   std::vector<std::vector<std::string>> rows;  ///< by row and column; empty: not given
 
@@ -20,6 +20,8 @@ struct StudyCsv {
   [[nodiscard]] std::size_t Column(const std::string& name) const;
   [[nodiscard]] std::string Text(std::size_t row, const std::string& column) const;
   [[nodiscard]] double Number(std::size_t row, const std::string& column) const;  ///< NaN: none
+  /// Whether the block of a row was determined; true of tables that do not say.
+  [[nodiscard]] bool Determined(std::size_t row) const;
   /// True where some row gives a number.
   [[nodiscard]] bool HasNumbers(const std::string& column) const;
   /// Different texts of a column in order of appearance.
@@ -50,6 +52,7 @@ struct StudyPart {
   std::string word;
 };
 [[nodiscard]] StudyPart DensificationPart(const StudyCsv& table);
+[[nodiscard]] StudyPart DesignPart(const StudyCsv& table);
 [[nodiscard]] StudyPart TradeoffPart(const StudyCsv& table);
 [[nodiscard]] StudyPart StabilityPart(const StudyCsv& table);
 

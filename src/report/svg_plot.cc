@@ -355,4 +355,137 @@ std::string SvgOf(const Plot& plot) {
   return svg + "</svg>\n" + legend + "</svg>\n";
 }
 
+namespace {
+
+/// From light to dark, distinct in grey as well.
+std::string HeatColour(double part) {
+  constexpr std::array<std::array<double, 3>, 4> kStops = {
+      {{253, 244, 200}, {244, 178, 102}, {204, 90, 82}, {96, 33, 92}}};
+  const double at = std::clamp(part, 0.0, 1.0) * static_cast<double>(kStops.size() - 1);
+  const std::size_t low = std::min<std::size_t>(static_cast<std::size_t>(at), kStops.size() - 2);
+  std::array<int, 3> colour{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    colour[i] = static_cast<int>(
+        std::lround(std::lerp(kStops[low][i], kStops[low + 1][i], at - static_cast<double>(low))));
+  }
+  return fmt::format("#{:02x}{:02x}{:02x}", colour[0], colour[1], colour[2]);
+}
+
+/// Part of the way from the least to the most of the values.
+class HeatScale {
+ public:
+  explicit HeatScale(const std::vector<double>& values) {
+    for (const double value : values) {
+      if (!std::isfinite(value)) continue;
+      least_ = std::min(least_, value);
+      most_ = std::max(most_, value);
+    }
+    log_ = least_ > 0.0;
+  }
+  [[nodiscard]] double Part(double value) const {
+    if (!(least_ < most_)) return 0.0;
+    return log_ ? std::log(value / least_) / std::log(most_ / least_)
+                : (value - least_) / (most_ - least_);
+  }
+
+ private:
+  double least_ = std::numeric_limits<double>::infinity();
+  double most_ = -std::numeric_limits<double>::infinity();
+  bool log_ = false;
+};
+
+double WidestOf(const std::vector<std::string>& labels) {
+  std::size_t widest = 0;
+  for (const std::string& label : labels) widest = std::max(widest, label.size());
+  return kCharacter * static_cast<double>(widest);
+}
+
+}  // namespace
+
+std::string SvgOf(const HeatMap& map) {
+  if (map.values.size() != map.rows.size() * map.columns.size() ||
+      (!map.framed.empty() && map.framed.size() != map.values.size())) {
+    throw std::logic_error("a heat map needs a value for each pair of labels");
+  }
+  constexpr double kRow = 30.0, kHead = 74.0;
+  const double cell = std::max(64.0, WidestOf(map.columns) + kGap);
+  const double left = kGap + 24.0 + WidestOf(map.rows) + kGap;
+  const double right = left + cell * static_cast<double>(map.columns.size());
+  const double bottom = kHead + kRow * static_cast<double>(map.rows.size());
+  const double width =
+      std::ceil(kGap + std::max({right,
+                                 kGap + kCharacter * static_cast<double>(map.title.size()),
+                                 left + WidestOf({map.columns_label}),
+                                 left + WidestOf(map.notes)}));
+  const double height = bottom + kGap + kLine * static_cast<double>(map.notes.size() + 1);
+  std::string svg = fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" "
+      "height=\"{1}\" font-family=\"sans-serif\" font-size=\"12\">\n<title>{2}</title>\n"
+      "<!-- written by sarblock -->\n"
+      "<rect width=\"{0}\" height=\"{1}\" fill=\"white\"/>\n"
+      "<text x=\"{3}\" y=\"22\">{2}</text>\n"
+      "<text x=\"{4}\" y=\"46\">{5}</text>\n"
+      "<text transform=\"translate(16 {6}) rotate(-90)\" text-anchor=\"middle\">{7}</text>\n",
+      width,
+      height,
+      XmlText(map.title),
+      kGap,
+      left,
+      XmlText(map.columns_label),
+      0.5 * (kHead + bottom),
+      XmlText(map.rows_label));
+  auto out = std::back_inserter(svg);
+  for (std::size_t j = 0; j < map.columns.size(); ++j) {
+    fmt::format_to(out,
+                   "<text x=\"{:.2f}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n",
+                   left + cell * (static_cast<double>(j) + 0.5),
+                   kHead - 8.0,
+                   XmlText(map.columns[j]));
+  }
+  const HeatScale scale(map.values);
+  for (std::size_t i = 0; i < map.rows.size(); ++i) {
+    const double top = kHead + kRow * static_cast<double>(i);
+    fmt::format_to(out,
+                   "<text x=\"{:.2f}\" y=\"{:.2f}\" text-anchor=\"end\">{}</text>\n",
+                   left - 8.0,
+                   top + 0.5 * kRow + 4.0,
+                   XmlText(map.rows[i]));
+    for (std::size_t j = 0; j < map.columns.size(); ++j) {
+      const std::size_t at = i * map.columns.size() + j;
+      const double x = left + cell * static_cast<double>(j), value = map.values[at];
+      const bool shown = std::isfinite(value);
+      const double part = shown ? scale.Part(value) : 0.0;
+      fmt::format_to(
+          out,
+          "<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" fill=\"{}\"/>\n"
+          "<text x=\"{:.2f}\" y=\"{:.2f}\" text-anchor=\"middle\" fill=\"{}\">{}</text>\n",
+          x + 1.0,
+          top + 1.0,
+          cell - 2.0,
+          kRow - 2.0,
+          shown ? HeatColour(part) : "#ffffff",
+          x + 0.5 * cell,
+          top + 0.5 * kRow + 4.0,
+          part > 0.55 ? "white" : "black",
+          shown ? Digits(value, 3) : "-");
+      if (map.framed.empty() || !map.framed[at]) continue;
+      fmt::format_to(out,
+                     "<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" "
+                     "fill=\"none\" stroke=\"#228833\" stroke-width=\"2.5\"/>\n",
+                     x + 2.5,
+                     top + 2.5,
+                     cell - 5.0,
+                     kRow - 5.0);
+    }
+  }
+  for (std::size_t k = 0; k < map.notes.size(); ++k) {
+    fmt::format_to(out,
+                   "<text x=\"{:.2f}\" y=\"{:.2f}\">{}</text>\n",
+                   left,
+                   bottom + kLine * static_cast<double>(k + 1),
+                   XmlText(map.notes[k]));
+  }
+  return svg + "</svg>\n";
+}
+
 }  // namespace sarblock

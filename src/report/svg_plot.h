@@ -69,4 +69,19 @@ struct Plot {
 /// axis, not positive.
 [[nodiscard]] std::string SvgOf(const Plot& plot);
 
+/// A quantity by two others, a cell for each pair of values: its number, on a colour from light
+/// (least) to dark (most).
+struct HeatMap {
+  std::string title;
+  std::string rows_label, columns_label;
+  std::vector<std::string> rows, columns;  ///< labels, from the top and from the left
+  std::vector<double> values;              ///< by row, then column; not finite: an empty cell
+  std::vector<bool> framed;                ///< by cell, with a frame; empty: none
+  std::vector<std::string> notes;          ///< lines below
+};
+
+/// The map as an SVG document, colours by the logarithm where all values are above 0. Throws
+/// std::logic_error unless there is a value for each pair of labels.
+[[nodiscard]] std::string SvgOf(const HeatMap& map);
+
 }  // namespace sarblock

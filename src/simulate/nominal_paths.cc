@@ -11,6 +11,7 @@
 #include <functional>
 #include <optional>
 
+#include "block/swath.h"
 #include "geometry/track_axes.h"
 #include "scene.h"
 #include <Eigen/Geometry>
@@ -106,24 +107,11 @@ Orbit AimOrbit(const Scene& scene,
 }
 
 /// Largest slant range of the swath from height H over a sphere of radius a (a infinite: plane).
-double FarRange(const SceneFlight& flight, double radius_m, double relief_m) {
-  const double depth_m = flight.height_m + relief_m;
-  const double far = flight.swath.limits[1];
-  double range_m = far;
-  if (flight.swath.kind == SwathKind::kGroundRange) range_m = std::hypot(far, depth_m);
-  if (flight.swath.kind == SwathKind::kLookAngle) {
-    range_m = depth_m / std::cos(far);
-    if (std::isfinite(radius_m)) {
-      // A line of sight from radius r = a + H hits the sphere of radius a - relief, or grazes at
-      // its horizon.
-      const double r_m = radius_m + flight.height_m;
-      const double a_m = radius_m - relief_m;
-      const double under = a_m * a_m - std::pow(r_m * std::sin(far), 2);
-      range_m = under > 0.0 ? r_m * std::cos(far) - std::sqrt(under)
-                            : std::sqrt(r_m * r_m - a_m * a_m) + relief_m;
-    }
-  }
-  return range_m / std::cos(flight.squint_rad);
+double ReachOf(const SceneFlight& flight, double radius_m, double relief_m) {
+  const double r_m = radius_m + flight.height_m, a_m = radius_m - relief_m;
+  const double range_m = FarRange(flight.swath, flight.height_m + relief_m, r_m, a_m);
+  const double horizon_m = std::sqrt(r_m * r_m - a_m * a_m) + relief_m;
+  return (std::isnan(range_m) ? horizon_m : range_m) / std::cos(flight.squint_rad);
 }
 
 /// Time by which six standard deviations of the trajectory error, or its table, can move a look. A
@@ -221,6 +209,8 @@ Pass MakePass(const Scene& scene,
   }
   pass.start_s = flight.start_s;
   pass.end_s = flight.start_s + duration_s;
+  pass.swath = flight.swath;
+  pass.squint_rad = flight.squint_rad;
   double spacing_s = flight.state_spacing_s;
   double margin_s = look_margin_s + 2.0 * spacing_s;
   double shortest_s = spacing_s;
@@ -312,7 +302,7 @@ std::vector<NominalPass> PlanPasses(const Scene& scene) {
   const double relief_m = std::abs(scene.terrain.height_m) + 6.0 * scene.terrain.relief_m +
                           (geocentric ? radius_m * scene.frame.ellipsoid().flattening : 0.0);
   for (const SceneFlight& flight : scene.flights) {
-    const double range_m = FarRange(flight, radius_m, relief_m);
+    const double range_m = ReachOf(flight, radius_m, relief_m);
     for (std::size_t p = 0; p < flight.count * flight.segments; ++p) {
       const std::size_t k = p / flight.segments, m = p % flight.segments;
       Trajectory trajectory;
@@ -348,8 +338,6 @@ std::vector<NominalPass> PlanPasses(const Scene& scene) {
       const double margin_s = TimeMargin(scene, speed_mps, duration_s, range_m);
       NominalPass pass;
       pass.pass = MakePass(scene, flight, PassId(flight, k, m), trajectory, duration_s, margin_s);
-      pass.squint_rad = flight.squint_rad;
-      pass.swath = flight.swath;
       pass.reach_m = range_m + 0.55 * speed_mps * duration_s;
       planned.push_back(std::move(pass));
     }
@@ -361,35 +349,6 @@ namespace {
 
 /// The quick test of the ends leaves this much to the exact one.
 constexpr double kMargin_m = 1.0;
-
-bool IsInSwath(const Frame& frame,
-               const NominalPass& planned,
-               const Motion& motion,
-               const Eigen::Vector3d& p_m) {
-  const Eigen::Matrix3d axes = TrackAxesOf(frame, motion).axes;
-  const Eigen::Vector3d d = p_m - motion.position_m;
-  const double across_m = d.dot(axes.col(1)) * static_cast<double>(planned.pass.side);
-  if (!(across_m > 0.0)) return false;
-  double value = across_m;
-  if (planned.swath.kind == SwathKind::kSlantRange) value = d.norm();
-  if (planned.swath.kind == SwathKind::kLookAngle) {
-    value = std::atan2(across_m, -d.dot(axes.col(2)));
-  }
-  return planned.swath.limits[0] <= value && value <= planned.swath.limits[1];
-}
-
-/// Time of the planned look at p, or nothing where the strip does not show it.
-std::optional<double> PlannedTime(const Frame& frame,
-                                  const NominalPass& planned,
-                                  const Eigen::Vector3d& p_m) {
-  const Pass& pass = planned.pass;
-  const std::optional<double> time_s = FindConeTime(
-      pass.path, p_m, Cone{.squint_rad = planned.squint_rad}, pass.start_s, pass.end_s);
-  if (!time_s) return std::nullopt;
-  const std::optional<Motion> motion = pass.path.At(*time_s);
-  if (!motion || !IsInSwath(frame, planned, *motion, p_m)) return std::nullopt;
-  return time_s;
-}
 
 Motion MotionAt(const Pass& pass, double time_s) {
   const std::optional<Motion> motion = pass.path.At(time_s);
@@ -412,7 +371,7 @@ Visibility::Visibility(const Frame& frame, const std::vector<NominalPass>& plann
     Reach reach;
     reach.middle_m = MotionAt(p, 0.5 * (p.start_s + p.end_s)).position_m;
     reach.square_m2 = pass.reach_m * pass.reach_m;
-    reach.sine_of_squint = std::sin(pass.squint_rad);
+    reach.sine_of_squint = std::sin(p.squint_rad);
     const std::array<double, 2> times_s = {p.start_s, p.end_s};
     for (std::size_t end = 0; end < 2; ++end) {
       const Motion motion = MotionAt(p, times_s[end]);
@@ -463,7 +422,7 @@ void Visibility::LooksAt(const Eigen::Vector3d& p_m, std::vector<PlannedLook>* l
   if (found == passes_of_.end()) return;
   for (const std::uint32_t pass : found->second) {
     if (!MayShow(reaches_[pass], p_m)) continue;
-    if (const auto time_s = PlannedTime(frame_, planned_[pass], p_m)) {
+    if (const auto time_s = TimeSeen(frame_, planned_[pass].pass, p_m)) {
       looks->push_back({pass, *time_s});
     }
   }

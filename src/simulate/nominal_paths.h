@@ -16,8 +16,6 @@ namespace sarblock {
 /// A pass as planned, with what deciding visibility needs.
 struct NominalPass {
   Pass pass;
-  double squint_rad = 0.0;
-  SceneSwath swath;
   double reach_m = 0.0;  ///< no point of the strip is farther from the middle of the path
 };
 

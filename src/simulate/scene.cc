@@ -90,14 +90,8 @@ Problem FindFlightProblem(const Scene& scene, const SceneFlight& flight, const s
   if (!(std::abs(flight.squint_rad) <= kLargestSquint_rad)) {
     return {{field + "squint_deg", "must be from -60 to 60"}};
   }
-  const auto [near, far] = flight.swath.limits;
-  if (!(NotNegative(near) && std::isfinite(far) && near < far)) {
-    return {{field + "swath",
-             "needs 0 <= near < far, as swath_look_deg, swath_ground_m or "
-             "swath_slant_m"}};
-  }
-  if (flight.swath.kind == SwathKind::kLookAngle && !(far < 90.0 * kRadPerDeg)) {
-    return {{field + "swath_look_deg", "must be below 90"}};
+  if (const auto problem = ProblemOf(flight.swath)) {
+    return {{field + "swath", *problem + ", as swath_look_deg, swath_ground_m or swath_range_m"}};
   }
   if (scene.looks.doppler && !Positive(flight.wavelength_m)) {
     return {{field + "wavelength_m", "must be given and positive for Doppler looks"}};

@@ -126,8 +126,7 @@ SimulatedBlock Simulate(const Scene& scene, ProgressSink* progress) {
   bool squinted = scene.looks.doppler;
   for (const NominalPass& pass : planned) {
     out.block.passes.push_back(pass.pass);
-    out.squint_rad.push_back(pass.squint_rad);
-    squinted = squinted || pass.squint_rad != 0.0;
+    squinted = squinted || pass.pass.squint_rad != 0.0;
   }
   if (IsRecorded(scene)) out.planned = out.block.passes;
   const std::size_t count = out.block.looks.size();
@@ -205,7 +204,7 @@ void SolveLook(const Scene& scene,
   const std::uint32_t pass = block.looks.pass[look];
   const Eigen::Vector3d& p_m = simulated->truth.points_m[point];
   const double true_squint_rad =
-      simulated->squint_rad[pass] + simulated->errors[pass].squint_bias_rad;
+      block.passes[pass].squint_rad + simulated->errors[pass].squint_bias_rad;
   // From the nominal time, never from an earlier draw: the last bits must not depend on history.
   const std::optional<double> time_s = SolveConeTime(
       paths[pass], p_m, Cone{.squint_rad = true_squint_rad}, exact.nominal_time_s[look]);
@@ -224,12 +223,13 @@ void SolveLook(const Scene& scene,
   Cone cone;
   cone.squint_rad = true_squint_rad;
   if (scene.looks.doppler) {
-    const double closing_mps = motion->velocity_mps.norm() * std::sin(simulated->squint_rad[pass]);
+    const double closing_mps =
+        motion->velocity_mps.norm() * std::sin(block.passes[pass].squint_rad);
     exact.doppler_hz[look] = 2.0 * closing_mps / block.passes[pass].wavelength_m;
     cone.kind = Cone::Kind::kDoppler;
     cone.closing_mps = closing_mps;
   } else if (!block.looks.cone.empty()) {
-    block.looks.cone[look] = simulated->squint_rad[pass];
+    block.looks.cone[look] = block.passes[pass].squint_rad;
   }
   exact.azimuth_rate_mps[look] =
       LookTimeRates(p_m, motion->position_m, motion->velocity_mps, motion->acceleration_mps2, cone)

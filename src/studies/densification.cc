@@ -112,34 +112,7 @@ const std::vector<StudyColumn>& DensificationColumns() {
   return columns;
 }
 
-/// A row by the names of its columns; what is not set stays empty.
-class RowMaker {
- public:
-  RowMaker& Set(const std::string& column, StudyCell cell) {
-    for (std::size_t i = 0; i < DensificationColumns().size(); ++i) {
-      if (DensificationColumns()[i].name != column) continue;
-      if (const auto* number = std::get_if<double>(&cell); number && !std::isfinite(*number)) {
-        cell = StudyCell{};
-      }
-      row_[i] = std::move(cell);
-      return *this;
-    }
-    throw std::logic_error("no column " + column);
-  }
-  RowMaker& Count(const std::string& column, std::size_t count) {
-    return Set(column, static_cast<std::int64_t>(count));
-  }
-  RowMaker& Message(std::string text) {
-    std::replace(text.begin(), text.end(), '\n', ' ');
-    return Set("message", std::move(text));
-  }
-  [[nodiscard]] const StudyRow& row() const { return row_; }
-
- private:
-  StudyRow row_ = StudyRow(DensificationColumns().size());
-};
-
-void SetAccuracy(const Accuracy& accuracy, RowMaker* row) {
+void SetAccuracy(const Accuracy& accuracy, StudyRowMaker* row) {
   const std::array<std::string, 3> axes = {"e", "n", "u"};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     row->Set("median_sigma_" + axes[axis] + "_m", accuracy.median_sigma_m[axis]);
@@ -153,7 +126,7 @@ void SetAccuracy(const Accuracy& accuracy, RowMaker* row) {
       .Set("neighbour_distance_m", accuracy.median_distance_m);
 }
 
-void SetBlock(const DensificationCase& of, const Block& block, RowMaker* row) {
+void SetBlock(const StudyCase& of, const Block& block, StudyRowMaker* row) {
   std::size_t control = 0, tie = 0;
   for (const PointRole role : block.points.role) {
     control += role == PointRole::kControl ? 1 : 0;
@@ -167,16 +140,7 @@ void SetBlock(const DensificationCase& of, const Block& block, RowMaker* row) {
       .Count("looks", block.looks.size());
 }
 
-/// The scene's block as planned: paths as planned, looks at the nominal times, nothing measured.
-SimulatedBlock Planned(const Scene& scene) {
-  SimulatedBlock planned = Simulate(scene);
-  if (!planned.planned.empty()) planned.block.passes = planned.planned;
-  planned.block.looks.time_s = planned.exact.nominal_time_s;
-  std::fill(planned.block.looks.range_m.begin(), planned.block.looks.range_m.end(), kNotGiven);
-  return planned;
-}
-
-AdjustOptions OptionsOf(const DensificationCase& of) {
+AdjustOptions OptionsOf(const StudyCase& of) {
   AdjustOptions options = of.adjust;
   options.threads = AvailableCores();  // what the caller's ThreadLimit allows
   options.covariance = CovarianceLevel::kBlock;
@@ -214,7 +178,7 @@ double LevelOfOne(const DensificationStudy& study) {
                   1.0 / static_cast<double>(std::max<std::size_t>(1, verified)));
 }
 
-void SetVerification(const Verification& verified, RowMaker* row) {
+void SetVerification(const Verification& verified, StudyRowMaker* row) {
   row->Count("runs", static_cast<std::size_t>(verified.runs));
   if (verified.runs > 0) {
     row->Set("montecarlo_rms_e_m", verified.rms_m[0])
@@ -235,15 +199,15 @@ void SetVerification(const Verification& verified, RowMaker* row) {
 std::vector<StudyRow> ComputeCase(const DensificationStudy& study,
                                   std::size_t index,
                                   ProgressSink* progress) {
-  const DensificationCase& of = study.cases[index];
+  const StudyCase& of = study.cases[index];
   const bool verify = IsVerified(study, index);
   Scene scene = of.scene;
   if (verify && study.verify.navigation == VerificationOptions::Navigation::kPriors) {
     scene.navigation = NavigationFromPriors(of.adjust, of.scene.navigation);
   }
   const AdjustOptions options = OptionsOf(of);
-  const SimulatedBlock planned = Planned(scene);
-  RowMaker row;
+  const SimulatedBlock planned = PlannedBlock(scene);
+  StudyRowMaker row(DensificationColumns());
   SetBlock(of, planned.block, &row);
   try {
     const AdjustResult predicted = Predict(planned.block, options, planned.truth.points_m);
@@ -309,9 +273,9 @@ std::vector<StudyRow> ComputePlacement(const DensificationStudy& study,
                                        ProgressSink* progress) {
   const PlacementCase& of = study.placements[index];
   const AdjustOptions options = OptionsOf(of.start);
-  const SimulatedBlock planned = Planned(of.start.scene);
+  const SimulatedBlock planned = PlannedBlock(of.start.scene);
   const Block& block = planned.block;
-  RowMaker first;
+  StudyRowMaker first(DensificationColumns());
   SetBlock(of.start, block, &first);
   first.Set("layout", std::string("greedy ") + NameOf(of.criterion)).Count("runs", 0);
   try {
@@ -348,7 +312,7 @@ std::vector<StudyRow> ComputePlacement(const DensificationStudy& study,
     const auto control = static_cast<std::size_t>(
         std::count(block.points.role.begin(), block.points.role.end(), PointRole::kControl));
     std::vector<StudyRow> rows;
-    const auto tell = [&](RowMaker row) {
+    const auto tell = [&](StudyRowMaker row) {
       if (progress != nullptr && progress->Cancelled()) throw Interrupted("study");
       SetAccuracy(AccuracyOf(planned, covariance, objective.points, objective.pairs), &row);
       row.Set("criterion_m2", ValueOf(objective, covariance));
@@ -366,7 +330,7 @@ std::vector<StudyRow> ComputePlacement(const DensificationStudy& study,
         objective, candidates, sigma_m2, of.count, &covariance, [&](const PlacementStep& step) {
           chosen.push_back(step.point);
           const Eigen::Vector2d plane_m = place_of(step.point);
-          RowMaker row = first;
+          StudyRowMaker row = first;
           row.Set("added_point", id_of(step.point))
               .Set("added_east_m", plane_m.x())
               .Set("added_north_m", plane_m.y());
@@ -383,7 +347,7 @@ std::vector<StudyRow> ComputePlacement(const DensificationStudy& study,
                   id_of(exchange.added) + " at (" + std::to_string(std::lround(at_m.x())) + ", " +
                   std::to_string(std::lround(at_m.y())) + ")";
     }
-    RowMaker last = first;
+    StudyRowMaker last = first;
     last.Set("layout", std::string("exchange ") + NameOf(of.criterion)).Message(reported);
     SetAccuracy(AccuracyOf(planned, covariance, objective.points, objective.pairs), &last);
     last.Set("criterion_m2", ValueOf(objective, covariance))
@@ -401,7 +365,7 @@ StudyPlan PlanDensification(const DensificationStudy& study) {
   StudyPlan plan;
   plan.columns = DensificationColumns();
   for (std::size_t i = 0; i < study.cases.size(); ++i) {
-    const DensificationCase& of = study.cases[i];
+    const StudyCase& of = study.cases[i];
     plan.tasks.push_back(
         {of.layout + " " + std::to_string(of.scene.control.count),
          [&study, i](ProgressSink* progress) { return ComputeCase(study, i, progress); }});

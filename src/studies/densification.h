@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "cases.h"
 #include "placement.h"
 #include "study.h"
 
@@ -45,19 +46,11 @@ struct Accuracy {
 
 /// How much control a block needs, and where (docs/studies.md).
 
-/// One block of the study.
-struct DensificationCase {
-  std::string layout;   ///< of its control, "corners", ...; "none" without any
-  std::string variant;  ///< what else it was chosen by, "tie strips: none"; may be empty
-  Scene scene;
-  AdjustOptions adjust;
-};
-
 /// Greedy placement on one block, and what exchanging its points one by one makes of it.
 struct PlacementCase {
   enum class Candidates { kTie, kCheck, kAll };
   enum class Exchange { kOn, kOff };
-  DensificationCase start;
+  StudyCase start;
   PlacementCriterion criterion = PlacementCriterion::kMeanVariance;
   std::size_t count = 4;                     ///< control points to add
   Candidates candidates = Candidates::kTie;  ///< kCheck: the scene's check points, a grid if wanted
@@ -85,7 +78,7 @@ struct DensificationGoal {
 
 struct DensificationStudy {
   StudyHeading heading;
-  std::vector<DensificationCase> cases;
+  std::vector<StudyCase> cases;
   std::vector<PlacementCase> placements;
   VerificationOptions verify;
   DensificationGoal goal;

@@ -17,9 +17,6 @@ struct DensificationFile {
   std::string identity;  ///< the study's effective text and those of its scenes
 };
 
-/// Most cases of one study, listed and as products.
-inline constexpr std::size_t kMaxStudyCases = 10000;
-
 /// Reads a study (docs/studies.md). `overrides` are `KEY=VALUE` as for a scene. Throws InputError
 /// with FILE:LINE: field for syntax, unknown keys, wrong types and values, and for a case whose
 /// scene or [adjust] cannot be made, naming the case.

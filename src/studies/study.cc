@@ -133,6 +133,26 @@ class Runner {
 
 }  // namespace
 
+StudyRowMaker& StudyRowMaker::Set(std::string_view column, StudyCell cell) {
+  const auto found = std::find_if(columns_.begin(), columns_.end(), [&](const StudyColumn& known) {
+    return known.name == column;
+  });
+  if (found == columns_.end()) throw std::logic_error("no column " + std::string(column));
+  const auto* number = std::get_if<double>(&cell);
+  if (number != nullptr && !std::isfinite(*number)) cell = StudyCell{};
+  row_[static_cast<std::size_t>(found - columns_.begin())] = std::move(cell);
+  return *this;
+}
+
+StudyRowMaker& StudyRowMaker::Count(std::string_view column, std::size_t count) {
+  return Set(column, static_cast<std::int64_t>(count));
+}
+
+StudyRowMaker& StudyRowMaker::Message(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return Set("message", std::move(text));
+}
+
 StudyTable::StudyTable(std::vector<StudyColumn> columns, std::vector<StudyRow> rows)
     : columns_(std::move(columns)), rows_(std::move(rows)) {
   for (const StudyRow& row : rows_) RequireFit(row, columns_);

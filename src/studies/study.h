@@ -45,6 +45,25 @@ struct StudyColumn {
 using StudyCell = std::variant<std::monostate, double, std::int64_t, std::string>;
 using StudyRow = std::vector<StudyCell>;
 
+/// A row by the names of its columns; what is not set stays empty.
+class StudyRowMaker {
+ public:
+  /// `columns` must outlive it.
+  explicit StudyRowMaker(const std::vector<StudyColumn>& columns)
+      : columns_(columns), row_(columns.size()) {}
+
+  /// A number that is not finite stays empty. std::logic_error where there is no such column.
+  StudyRowMaker& Set(std::string_view column, StudyCell cell);
+  StudyRowMaker& Count(std::string_view column, std::size_t count);
+  /// Sets the column `message`, on one line.
+  StudyRowMaker& Message(std::string text);
+  [[nodiscard]] const StudyRow& row() const { return row_; }
+
+ private:
+  const std::vector<StudyColumn>& columns_;
+  StudyRow row_;
+};
+
 /// A finished table, for words and plots.
 class StudyTable {
  public:

@@ -45,6 +45,10 @@ class ForeignFilesTest : public test::CliTest {
             head + "\"densification\"\n" + small +
                 "[[axis]]\nkey = \"control.layout\"\nvalues = [\"perimeter\"]\n"
                 "[[axis]]\nkey = \"control.count\"\nvalues = [3, 5]\n[goal]\nsigma_u_m = 100\n");
+    const std::string design =
+        Put("design.toml",
+            head + "\"design\"\n" + small +
+                "[[axis]]\nkey = \"control.count\"\nvalues = [3, 4]\n[cost]\npass = 7\n");
     const std::string tradeoff =
         Put("tradeoff.toml",
             head + "\"tradeoff\"\nscene = \"" + scenes + "block-12-strips.toml\"\nrepeats = 1\n" +
@@ -113,6 +117,7 @@ class ForeignFilesTest : public test::CliTest {
           "one=" + (corpus / "sicd/offsets.xml").string()},
          ""},
         {"study densification", {"study", "densification", densification}, ""},
+        {"study design", {"study", "design", design}, ""},
         {"study tradeoff", {"study", "tradeoff", tradeoff}, ""},
         {"study stability", {"study", "stability", stability}, ""},
         {"study join", {"study", "join", folder_ / "part1", folder_ / "part2"}, ""},

@@ -85,5 +85,118 @@ TEST_F(PlanTest, PredictionOfAMeasuredBlockHasNoTests) {
   EXPECT_EQ(report.exit_code, 0) << report.err;
 }
 
+TEST_F(PlanTest, PassesWithoutASwathAreSaidToSeeTheirWholeSide) {
+  const Path block = Planned("open", "pass,point\n");
+  const json with = Checked(block)["coverage"];
+  // two strips that both see every point at (look angle of Table 1) 27 to 68 degrees
+  EXPECT_EQ(with["fewest_looks"], 2);
+  EXPECT_EQ(with["most_looks"], 2);
+  EXPECT_GT(with["least_look_deg"].get<double>(), 25.0);
+  std::string toml = Content(block / "block.toml");
+  for (std::size_t at; (at = toml.find("swath_ground_m")) != std::string::npos;) {
+    toml.erase(at, toml.find('\n', at) + 1 - at);
+  }
+  Put("open/block.toml", toml);
+  const auto run = test::RunProgram({"check", block});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("2 looks per point (2 to 2) at look angles of "));
+  EXPECT_THAT(run.out, HasSubstr("not every pass has a swath"));
+  const auto predicted = Run("predict", block, "open-result", {"--json"});
+  EXPECT_THAT(predicted.out, HasSubstr("not every pass has a swath"));
+  toml.replace(toml.find("look = "), 0, "swath_look_deg = [40, 20]\n");
+  Put("open/block.toml", toml);
+  const auto bad = test::RunProgram({"check", block});
+  EXPECT_EQ(bad.exit_code, 3);
+  EXPECT_THAT(bad.err,
+              HasSubstr("pass[0].swath_look_deg: must be near and far, 0 <= near < far < "
+                        "90, got 40 and 20"));
+}
+
+std::vector<std::string> Pair(const std::vector<std::string>& more) {
+  std::vector<std::string> arguments = {"plan", "pair"};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+// Hand arithmetic: sin i = (6378.137 + 700)/6378.137 sin(look) gives 33.70 and 45.51 degrees; 3 m
+// of range then give 3 m sqrt(sin^2 + sin^2)/sin(11.80) = 13.25 m up, 3 m sqrt(cos^2 + cos^2)/sin =
+// 15.95 m across.
+TEST(PlanPairTest, AnswersAPairFromOrbit) {
+  const std::vector<std::string> orbit = {"--look",
+                                          "30",
+                                          "--look",
+                                          "40",
+                                          "--orbit-height-km",
+                                          "700",
+                                          "--body",
+                                          "Earth",
+                                          "--range-sigma-m",
+                                          "3"};
+  auto arguments = Pair(orbit);
+  arguments.insert(arguments.end(), {"--json", "--goal-up-m", "10"});
+  const auto run = test::RunProgram(arguments);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const json pair = json::parse(run.out);
+  EXPECT_NEAR(pair["incidence_deg"][0].get<double>(), 33.702, 0.01);
+  EXPECT_NEAR(pair["incidence_deg"][1].get<double>(), 45.507, 0.01);
+  EXPECT_NEAR(pair["intersection_deg"].get<double>(), 11.805, 0.01);
+  EXPECT_NEAR(pair["sigma"]["up_m"].get<double>(), 13.253, 0.01);
+  EXPECT_NEAR(pair["sigma"]["across_m"].get<double>(), 15.952, 0.01);
+  EXPECT_TRUE(pair["sigma"]["along_m"].is_null());  // no standard deviation of azimuth is given
+  EXPECT_FALSE(pair["goal_reached"].get<bool>());
+  EXPECT_LT(pair["second_look_below_deg"].get<double>(), 30.0);
+  EXPECT_GT(pair["second_look_above_deg"].get<double>(), 40.0);
+  EXPECT_NEAR(pair["slope_facing_first_deg"].get<double>(), 33.702, 0.01);
+  EXPECT_NEAR(pair["slope_facing_away_deg"].get<double>(), 90.0 - 45.507, 0.01);
+
+  arguments = Pair(orbit);
+  arguments.insert(arguments.end(),
+                   {"--azimuth-sigma-m", "2", "--path-sigma-m", "5", "--goal-up-m", "20.2"});
+  const auto text = test::RunProgram(arguments);
+  ASSERT_EQ(text.exit_code, 0) << text.err;
+  EXPECT_THAT(text.out, HasSubstr("by the flight paths"));
+  EXPECT_THAT(text.out, HasSubstr("goal 20.2 m: missed; reached by a second look of"));
+  std::istringstream lines(text.out);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
+}
+
+TEST(PlanPairTest, RefusesWhatIsNoPair) {
+  const struct {
+    std::vector<std::string> arguments;
+    int exit_code;
+    const char* message;
+  } cases[] = {
+      {{"--look", "30", "--range-sigma-m", "3"}, 2, "the pair is given by --base-m, --height-m"},
+      {{"--look", "30", "--look", "40", "--range-sigma-m", "3"}, 2, "or by --look twice, with"},
+      {{"--look", "30", "--look", "40", "--height-m", "5000"}, 2, "--range-sigma-m is required"},
+      {{"--look", "30", "--look", "30", "--height-m", "5000", "--range-sigma-m", "3"},
+       3,
+       "--look: is the same angle twice"},
+      {{"--look",
+        "30",
+        "--look",
+        "70",
+        "--orbit-height-km",
+        "700",
+        "--body",
+        "Earth",
+        "--range-sigma-m",
+        "3"},
+       3,
+       "--look: 70 deg passes the body by, below 64.304 deg is allowed"},
+      {{"--look", "30", "--look", "40", "--height-m", "5000", "--range-sigma-m", "0"},
+       3,
+       "--range-sigma-m: 0 m is given, > 0 is allowed"},
+      {{"--look", "30", "--look", "40", "--look", "50", "--height-m", "5", "--range-sigma-m", "3"},
+       2,
+       "two look angles are allowed"},
+  };
+  for (const auto& [arguments, exit_code, message] : cases) {
+    const auto run = test::RunProgram(Pair(arguments));
+    EXPECT_EQ(run.exit_code, exit_code) << message << run.out << run.err;
+    EXPECT_THAT(run.err, HasSubstr(message));
+  }
+}
+
 }  // namespace
 }  // namespace sarblock

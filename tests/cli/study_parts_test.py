@@ -27,6 +27,21 @@ runs = 2
 [goal]
 sigma_u_m = 100
 """
+DESIGN = f"""format = "sarblock-study 1"
+study = "design"
+scene = "{SCENES}/leberl-aircraft.toml"
+set = ["points.count=40", "check.count=0"]
+[[axis]]
+key = "looks.range_sigma_m"
+values = [0.5, 1, 2]
+[[axis]]
+key = "control.count"
+values = [2, 4]
+[goal]
+max_sigma_up_m = 10
+[cost]
+control_point = 900
+"""
 STABILITY = """format = "sarblock-study 1"
 study = "stability"
 [[family]]
@@ -39,6 +54,7 @@ class StudyPartsTest(unittest.TestCase):
     def setUp(self):
         self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
         (self.folder / "densification.toml").write_text(DENSIFICATION, encoding="utf-8")
+        (self.folder / "design.toml").write_text(DESIGN, encoding="utf-8")
         (self.folder / "stability.toml").write_text(STABILITY, encoding="utf-8")
 
     def study(self, *arguments, code=0):
@@ -53,7 +69,7 @@ class StudyPartsTest(unittest.TestCase):
                 if file.suffix != ".progress"}
 
     def test_four_parts_by_gnu_parallel_are_the_study_byte_for_byte(self):
-        for kind in ("densification", "stability"):
+        for kind in ("densification", "design", "stability"):
             self.study(kind, f"{kind}.toml", "-o", f"{kind}-whole")
             subprocess.run(["parallel", "--will-cite", "-j2", PROGRAM, "study", kind, f"{kind}.toml", "--part",
                             "{}/4", "-o", f"{kind}-{{}}", "-q", ":::", "1", "2", "3", "4"],

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "studies/densification_file.h"
+#include "studies/design.h"
 #include "studies/stability.h"
 #include "studies/tradeoff_study.h"
 #include "tables/csv.h"
@@ -176,8 +177,9 @@ inline constexpr std::string_view kScene =
     "north_m = [6000, 14000]\n[control]\nsigma_m = [0.5, 0.5, 0.5]\n[adjust]\n"
     "corrections = \"given\"\n[adjust.correction.position]\ndegree = 1\nsigma_m = [2, 2, 2]\n";
 
-/// The text as a study of each kind; every case of an accepted densification is a scene that can
-/// be made, every stage of a trade-off has its reference, every family of a stability study values.
+/// The text as a study of each kind; every case of an accepted densification or design is a scene
+/// that can be made, every stage of a trade-off has its reference, every family of a stability
+/// study values.
 inline void StudyToml(std::string_view text) {
   AllowInputError([&] {
     const TradeoffStudy study = ParseTradeoffStudy(
@@ -201,12 +203,23 @@ inline void StudyToml(std::string_view text) {
         text, "study.toml", {}, [](const std::string&) { return std::string(kScene); });
     Check(!file.study.cases.empty() || !file.study.placements.empty());
     Check(file.study.cases.size() <= kMaxStudyCases && !file.identity.empty());
-    for (const DensificationCase& of : file.study.cases) {
+    for (const StudyCase& of : file.study.cases) {
       Check(!FindProblem(of.scene) && !of.scene.flights.empty());
       Check(of.adjust.corrections != CorrectionChoice::kAuto);
     }
     for (const PlacementCase& of : file.study.placements) Check(of.sigma_m[2] > 0.0);
     Check(file.study.verify.every > 0 && file.study.verify.level < 1.0);
+  });
+  AllowInputError([&] {
+    const DesignFile file =
+        ParseDesign(text, "study.toml", {}, [](const std::string&) { return std::string(kScene); });
+    const DesignStudy& study = file.study;
+    Check(study.axes.size() == study.choices.size() && !file.identity.empty());
+    std::size_t cases = 1;
+    for (const DesignAxis& axis : study.axes) cases *= axis.values.size();
+    Check(cases == study.cases.size() && cases <= kMaxStudyCases);
+    for (const StudyCase& of : study.cases) Check(!FindProblem(of.scene));
+    for (const DesignGoal& goal : study.goals) Check(goal.limit > 0.0);
   });
 }
 

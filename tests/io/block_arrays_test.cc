@@ -290,5 +290,24 @@ TEST(ReadBlockArraysTest, ColumnsNeedStandardDeviationsOfThePassAsCellsDo) {
               testing::HasSubstr("no standard deviation of azimuth: neither this row, pass 'A'"));
 }
 
+// A row that gives no cone takes the squint of its pass; a swath comes with block.toml.
+TEST(BlockArraysTest, PassesSayTheirSquintAndSwath) {
+  GivenArrays given;
+  BlockArrays arrays = given.Arrays();
+  std::string toml(arrays.block_toml);
+  arrays.block_toml = toml += "squint_deg = -2.5\nswath_range_m = [16000, 18000]\n";
+  const Block block = ReadBlockArrays(arrays).block;
+  ASSERT_TRUE(block.passes[1].swath);
+  EXPECT_EQ(block.passes[1].swath->kind, SwathKind::kSlantRange);
+  EXPECT_THAT(block.passes[1].swath->limits, ElementsAre(16000.0, 18000.0));
+  for (std::size_t i = 0; i < block.looks.size(); ++i) {
+    EXPECT_DOUBLE_EQ(block.looks.cone[i], (block.looks.pass[i] == 0 ? 1.5 : -2.5) * kRadPerDeg);
+  }
+  toml += "swath_look_deg = [0, 20]\n";
+  arrays.block_toml = toml;
+  EXPECT_THAT(MessageOf<InputError>([&] { return ReadBlockArrays(arrays); }),
+              testing::HasSubstr("pass[1].swath_range_m: excludes swath_look_deg"));
+}
+
 }  // namespace
 }  // namespace sarblock

@@ -126,6 +126,20 @@ TEST(BlockErrorsTest, NamesPlaceAndProblemInBlockToml) {
        "is one of Doppler: give the measured Doppler"},
       {{"look = \"right\"", "look = \"right\"\nwavelength = 0.03"},
        "block.toml:14: pass[1].wavelength: the key is not known"},
+      {{"look = \"right\"", "look = \"right\"\nswath_look_deg = [30, 95]"},
+       "block.toml:14: pass[1].swath_look_deg: must be near and far, 0 <= near < far < 90, got 30 "
+       "and 95"},
+      {{"look = \"right\"", "look = \"right\"\nswath_range_m = [9000, 4000]"},
+       "block.toml:14: pass[1].swath_range_m: must be near and far, 0 <= near < far, got 9000 and "
+       "4000"},
+      {{"look = \"right\"", "look = \"right\"\nswath_ground_m = [9000]"},
+       "block.toml:14: pass[1].swath_ground_m: is a list of 1, a list of 2 numbers is needed"},
+      {{"look = \"right\"", "look = \"right\"\nswath_ground_m = 9000"},
+       "block.toml:14: pass[1].swath_ground_m: "},
+      {{"look = \"right\"", "look = \"right\"\nswath_range_m = [1, 2]\nswath_ground_m = [1, 2]"},
+       "block.toml:14: pass[1].swath_range_m: excludes swath_ground_m; give one of both"},
+      {{"look = \"right\"", "look = \"right\"\nsquint_deg = -90"},
+       "block.toml:14: pass[1].squint_deg: must be between -90 and 90, got -90"},
       {{"[[pass]]", "[adjust]\nrobust = \"hubber\"\n[[pass]]"},
        "block.toml:9: adjust.robust: 'hubber' is not known, none, huber, cauchy or tukey is "
        "allowed; did you mean huber?"},

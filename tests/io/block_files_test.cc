@@ -48,6 +48,11 @@ void ExpectSame(const Block& a, const Block& b) {
     ExpectSame({p.wavelength_m, p.sigma.range_m, p.sigma.azimuth, p.start_s, p.end_s},
                {q.wavelength_m, q.sigma.range_m, q.sigma.azimuth, q.start_s, q.end_s});
     ExpectSame(p.path, q.path);
+    EXPECT_EQ(p.squint_rad, q.squint_rad);
+    ASSERT_EQ(p.swath.has_value(), q.swath.has_value());
+    if (!p.swath) continue;
+    EXPECT_EQ(p.swath->kind, q.swath->kind);
+    EXPECT_EQ(p.swath->limits, q.swath->limits);
   }
   ASSERT_EQ(a.points.size(), b.points.size());
   EXPECT_EQ(a.points.role, b.points.role);
@@ -101,6 +106,10 @@ Block RichBlock() {
                   SimplePass("#2", LookSide::kRight, &random),
                   SimplePass("C 3", LookSide::kRight, &random)};
   block.passes[2].sigma = {0.3, 2.0 / 3.0, AzimuthUnit::kMetres};
+  block.passes[0].swath = Swath{SwathKind::kLookAngle, {31.7 * kRadPerDeg, 44.3 * kRadPerDeg}};
+  block.passes[1].swath = Swath{SwathKind::kGroundRange, {1000.0 / 3.0, 7000.1}};
+  block.passes[2].swath = Swath{SwathKind::kSlantRange, {2700.7, 9000.0 / 7.0 + 5000.0}};
+  block.passes[1].squint_rad = 3.3 * kRadPerDeg;
   std::vector<std::uint32_t> point_of_look;
   for (std::uint32_t j = 0; j < 211; ++j) {
     block.points.ids.Append("P" + std::to_string(j));

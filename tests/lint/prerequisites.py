@@ -21,7 +21,7 @@ PLACEHOLDER = re.compile(r"^\[|\]$|\.\.\.|^<|^[A-Z][A-Z0-9_]*(?:\.\w+)?$|=[A-Z]+
 ENDING = re.compile(r"^[\w*?.-]+\.(?:csv|gz|toml|xml|json|html|txt|EOF|snx|svg|gpkg|kml|deb|zip)$")
 FIRST = (r"(?:awk|cat|cd|cmake|cp|cpack|ctest|cut|git|grep|gzip|head|ls|mkdir|mv|ninja|python3|sarblock|sed|sort"
          r"|source|sudo|tail|unzip|wc|zcat)(?: |$)|(?:scripts|build)/")
-BELOW = {"import", "study", "leberl"}  # commands of the program with commands of their own
+BELOW = {"import", "plan", "study", "leberl"}  # commands of the program with commands of their own
 LANGUAGES = {"", "sh", "bash", "console"}
 SHIPPED = {"cmake", "datasets", "docs", "include", "scripts", "src", "tests"}  # not what lies beside them
 INSTALL = re.compile(r"\]\([\w./]*install\.md[)#]")

@@ -67,6 +67,30 @@ TEST(ImportProductsTest, GridPointsOfAClosedFormFitThePath) {
   }
 }
 
+// Hand arithmetic: from the outer edge of the first of 1001 samples to that of the last one; in
+// ground range by the polynomial, which grows.
+TEST(ImportProductsTest, TheSwathIsThatOfTheSamples) {
+  for (const bool ground : {false, true}) {
+    SyntheticAnnotation scene;
+    scene.size = true;
+    scene.ground = ground;
+    const Pass pass = Import(scene).block.passes.at(0);
+    ASSERT_TRUE(pass.swath);
+    EXPECT_EQ(pass.swath->kind, SwathKind::kSlantRange);
+    const ImageGrid& grid = pass.image.value();
+    if (!ground) {
+      EXPECT_DOUBLE_EQ(pass.swath->limits[0], grid.near_range_m - 0.5 * grid.range_spacing_m);
+      EXPECT_DOUBLE_EQ(pass.swath->limits[1], grid.near_range_m + 1000.5 * grid.range_spacing_m);
+    } else {
+      const RadarCoordinates near = RadarFromImage(grid, {0.0, 0.0}).value();
+      const RadarCoordinates far = RadarFromImage(grid, {0.0, 1000.0}).value();
+      EXPECT_LT(pass.swath->limits[0], near.range_m);
+      EXPECT_GT(pass.swath->limits[1], far.range_m);
+      EXPECT_LT(pass.swath->limits[1] - pass.swath->limits[0], 1.1 * (far.range_m - near.range_m));
+    }
+  }
+}
+
 TEST(ImportProductsTest, ThePassIsThatOfTheProduct) {
   const Block block = Import(SyntheticAnnotation()).block;
   ASSERT_EQ(block.passes.size(), 1u);
@@ -74,6 +98,7 @@ TEST(ImportProductsTest, ThePassIsThatOfTheProduct) {
   EXPECT_EQ(pass.id, "S1A_IW2_VV_20221016T235950");
   EXPECT_EQ(pass.epoch_utc, "2022-10-16T23:59:50Z");
   EXPECT_EQ(pass.side, LookSide::kRight);
+  EXPECT_FALSE(pass.swath);  // the product does not say how many samples it has
   EXPECT_EQ(pass.start_s, 0.25);
   EXPECT_EQ(pass.end_s, 20.25);
   EXPECT_EQ(pass.path.start_s(), -50.0);

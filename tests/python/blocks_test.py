@@ -246,3 +246,13 @@ def test_options_show_what_holds():
     assert 'robust = "huber"' in block.options()
     assert 'robust = "cauchy"' in block.options(robust="cauchy")
     assert "alpha = 0.02" in block.options(quality={"alpha": 0.02})
+
+
+def test_passes_carry_their_swath_and_squint():
+    block = sarblock.simulate(SCENES / "single-flight-squint.toml", points={"count": 20})
+    assert block.passes[0].swath == ("swath_ground_m", 13000.0, 25000.0)
+    assert block.passes[0].squint_deg == pytest.approx(15.0, abs=1e-12)
+    again = sarblock.Block.from_arrays(**block.to_arrays())
+    for one, two in zip(block.passes, again.passes):
+        assert one.swath == two.swath and one.squint_deg == two.squint_deg
+    np.testing.assert_allclose(again.looks.squint_rad, block.looks.squint_rad, rtol=1e-15)

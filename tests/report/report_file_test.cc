@@ -323,5 +323,35 @@ TEST_F(ReportFileTest, DrawsStudiesFromTheirTables) {
   EXPECT_THAT(Page(), HasSubstr("data:image/svg+xml;base64,PHN2ZyB4bWxucz0n"));
 }
 
+TEST_F(ReportFileTest, ShowsDesignsWithTheirGoalsAndCost) {
+  const std::string head =
+      "axis_1,value_1,number_1,axis_2,value_2,median_sigma_along_m,median_sigma_across_m,"
+      "median_sigma_up_m,max_sigma_along_m,max_sigma_across_m,max_sigma_up_m,cost,reached,pareto,"
+      "determined,message\n";
+  Put("design.csv",
+      head +
+          "look,25,25,,,1,2,3,1.5,2.5,20.1,1000,0,1,1,\n"
+          "look,30,30,,,1,2,3,1.5,2.5,9.25,1500,1,1,1,\n"
+          "look,35,35,,,1,2,3,1.5,2.5,9.5,2000,1,0,1,\n"
+          "look,89,89,,,,,,,,,,0,0,0,no orbit sees it\n");
+  const ReportFile report = WriteReport(folder_);
+  EXPECT_EQ(report.kind, "design");
+  EXPECT_EQ(report.verdict, "2 of 4 designs reach the goals");
+  EXPECT_THAT(Page(),
+              AllOf(HasSubstr("\"id\":\"design-sweep\""),
+                    HasSubstr("\"id\":\"design-cost\""),
+                    HasSubstr("1 designs give no block that is determined"),
+                    HasSubstr("9.25 m"),
+                    HasSubstr("look 30"),
+                    HasSubstr(">1500<"),
+                    HasSubstr("no orbit sees it")));
+  Put("design.csv", head + "look,25,25,height,700,1,2,3,1.5,2.5,20.1,,,,1,\n");
+  EXPECT_EQ(WriteReport(folder_).verdict, "Designs compared");
+  EXPECT_THAT(Page(),
+              AllOf(Not(HasSubstr("design-sweep")),
+                    Not(HasSubstr("design-cost")),
+                    HasSubstr("look 25, height 700")));
+}
+
 }  // namespace
 }  // namespace sarblock

@@ -138,5 +138,26 @@ TEST(SvgPlotTest, AnEmptyPlotHasAxesAndAnEmptyRangeIsRefused) {
   EXPECT_THROW(static_cast<void>(SvgOf(plot)), std::logic_error);
 }
 
+// Hand arithmetic: a decade in three cells, the middle one at half of the logarithm.
+TEST(HeatMapTest, ColoursFollowTheLogarithmAndCellsTheirLabels) {
+  HeatMap map;
+  map.title = "worst <point>";
+  map.rows = {"60 %"};
+  map.columns = {"0", "4", "8", "12"};
+  map.values = {1.0, std::sqrt(10.0), 10.0, kNotANumber};
+  map.framed = {true, false, false, false};
+  const std::string svg = SvgOf(map);
+  EXPECT_THAT(svg, HasSubstr("worst &lt;point&gt;"));
+  for (const char* text : {">1<", ">3.16<", ">10<", ">-<", ">60 %<", ">12<"}) {
+    EXPECT_EQ(CountOf(svg, text), 1U) << text;
+  }
+  EXPECT_EQ(CountOf(svg, "#fdf4c8"), 1U);  // least
+  EXPECT_EQ(CountOf(svg, "#e0865c"), 1U);  // half way
+  EXPECT_EQ(CountOf(svg, "#60215c"), 1U);  // most
+  EXPECT_EQ(CountOf(svg, "stroke=\"#228833\""), 1U);
+  map.values.pop_back();
+  EXPECT_THROW(static_cast<void>(SvgOf(map)), std::logic_error);
+}
+
 }  // namespace
 }  // namespace sarblock

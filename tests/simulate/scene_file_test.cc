@@ -142,7 +142,12 @@ TEST(SceneFileTest, RefusesBadChoicesAndContradictions) {
   EXPECT_THAT(MessageOf(Replaced("azimuth_sigma_s = 0.01", "doppler_sigma_hz = 1")),
               HasSubstr("looks.doppler_sigma_hz: needs cone = \"doppler\""));
   EXPECT_THAT(MessageOf(Replaced("swath_look_deg", "swath_ground_m = [1, 2]\nswath_look_deg")),
-              HasSubstr("flight.0.swath: is given twice"));
+              HasSubstr("two.toml:10: flight.0.swath_ground_m: excludes swath_look_deg"));
+  EXPECT_THAT(
+      MessageOf(Replaced("swath_look_deg = [31.5, 67]", "swath_range_m = [5, 4]")),
+      HasSubstr("two.toml:10: flight.0.swath_range_m: must be near and far, 0 <= near < far, "
+                "got 5 and 4"));
+  EXPECT_EQ(MessageOf(Replaced("swath_look_deg = [31.5, 67]", "swath_slant_m = [4, 5]")), "accepted");
   EXPECT_THAT(MessageOf(Replaced("components = [\"u\"]", "components = [\"h\"]")),
               HasSubstr("control.components[0]: 'h' is not known, e, n or u is allowed"));
   EXPECT_THAT(MessageOf(kText, {"points.count"}), HasSubstr("KEY=VALUE"));

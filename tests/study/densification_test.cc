@@ -50,7 +50,7 @@ TEST(DensificationTest, CasesAreTheProductOfTheAxesWithoutRepeatedOrImpossibleLa
            "\"control.places_m=[[0, 0], [9000.5, -7000]]\"]\n")
           .study;
   std::vector<std::string> names;
-  for (const DensificationCase& of : study.cases) {
+  for (const StudyCase& of : study.cases) {
     names.push_back(of.layout + " " + std::to_string(of.scene.control.count) + " " + of.variant);
   }
   EXPECT_THAT(names,

@@ -7,13 +7,14 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <utility>
 
 namespace sarblock::test {
 
-std::vector<std::string> SceneFiles() {
+std::vector<std::string> SceneFiles(const std::string& folder) {
   std::vector<std::string> files;
-  const auto folder = std::filesystem::path(SARBLOCK_DATASETS) / "scenes";
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+  const auto place = std::filesystem::path(SARBLOCK_DATASETS) / folder;
+  for (const auto& entry : std::filesystem::directory_iterator(place)) {
     if (entry.path().extension() == ".toml") files.push_back(entry.path().stem());
   }
   std::sort(files.begin(), files.end());
@@ -23,6 +24,7 @@ std::vector<std::string> SceneFiles() {
 std::string TestNameOf(const std::string& scene) {
   std::string name = scene;
   std::replace(name.begin(), name.end(), '-', '_');
+  std::replace(name.begin(), name.end(), '/', '_');
   return name;
 }
 
@@ -32,7 +34,9 @@ SceneBlock SimulatedSceneBlock(const std::string& folder,
   const auto file = std::filesystem::path(SARBLOCK_DATASETS) / folder / (name + ".toml");
   const Scene scene = ReadScene(file, sets);
   SceneBlock made;
-  made.block = Simulate(scene).block;
+  SimulatedBlock simulated = Simulate(scene);
+  made.block = std::move(simulated.block);
+  made.truth = std::move(simulated.truth);
   std::vector<std::string> ids;
   for (const Pass& pass : made.block.passes) ids.push_back(pass.id);
   made.options = ReadAdjustTable(scene.adjust_toml, name, ids);

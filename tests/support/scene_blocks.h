@@ -9,12 +9,14 @@
 
 namespace sarblock::test {
 
-/// Names of the shipped scenes, sorted; a test's name cannot hold their hyphens.
-[[nodiscard]] std::vector<std::string> SceneFiles();
+/// Names of the shipped scenes in a folder of the datasets, sorted; a test's name cannot hold their
+/// hyphens and slashes.
+[[nodiscard]] std::vector<std::string> SceneFiles(const std::string& folder = "scenes");
 [[nodiscard]] std::string TestNameOf(const std::string& scene);
 
 struct SceneBlock {
   Block block;
+  Truth truth;
   AdjustOptions options;
 };
 /// The scene `folder`/`name` of the datasets, with these settings, and its own [adjust].

@@ -51,8 +51,9 @@ namespace sarblock {
 /// The covariance that an adjustment of this block would have, from geometry and weights alone.
 /// `positions_m` are the points' positions (truth or approximate); a point without one is
 /// intersected from its measurements if it has some. Looks without measured time or range get
-/// those of the geometry; with `looks` empty (Looks{} is enough) every pass that sees a point on
-/// its look side within its path takes a look. Throws what Adjust() does, and InputError for more
+/// those of the geometry; with `looks` empty (Looks{} is enough) every pass takes a look at each
+/// point that it sees with its squint: on its look side, within its strip's time, its path and its
+/// swath. Passes without a swath see far more than an image shows: the result warns of it. Throws what Adjust() does, and InputError for more
 /// positions than points.
 [[nodiscard]] AdjustResult Predict(const Block& block,
                                    const AdjustOptions& options,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sarblock/block/image_grid.h"
+#include "sarblock/core/error.h"
 #include "sarblock/core/id_table.h"
 #include "sarblock/geometry/frame.h"
 #include "sarblock/geometry/look_equations.h"
@@ -66,6 +67,30 @@ struct LookSigma {
   AzimuthUnit azimuth_unit = AzimuthUnit::kMetres;
 };
 
+/// What bounds the strip beside the track that a pass sees: the quantity of a position lies between
+/// near and far. d = p - s, in the track axes of the flight path at the time of the look.
+enum class SwathKind : std::uint8_t {
+  kLookAngle,    ///< atan2(|d.across|, -d.up) off nadir [rad]
+  kGroundRange,  ///< |d.across| [m], Leberl's y
+  kSlantRange,   ///< |d| [m]
+};
+struct Swath {
+  SwathKind kind = SwathKind::kLookAngle;
+  std::array<double, 2> limits{};  ///< near, far [rad] or [m]; 0 <= near < far, angles below pi/2
+};
+
+/// How files name a swath, in the order of SwathKind.
+struct SwathKey {
+  const char* key;
+  double factor;  ///< from the two numbers of a file to radians or metres
+};
+inline constexpr std::array<SwathKey, 3> kSwathKeys = {
+    {{"swath_look_deg", kRadPerDeg}, {"swath_ground_m", 1.0}, {"swath_range_m", 1.0}}};
+
+/// What is wrong with a swath ("must be near and far, 0 <= near < far, got 5 and 3"), in the unit
+/// of its key. Nothing where it is good.
+[[nodiscard]] std::optional<std::string> ProblemOf(const Swath& swath);
+
 /// One image strip with one flight path.
 struct Pass {
   std::string id;
@@ -78,6 +103,8 @@ struct Pass {
   std::string epoch_utc;           ///< what time_s = 0 is, for people ("2022-10-16T01:50:44Z")
   std::optional<ImageGrid> image;  ///< the raster, for looks given by line and pixel
   RecordedFlight recorded;         ///< how `path` was made of its states
+  std::optional<Swath> swath;      ///< not given: all that lies on the look side
+  double squint_rad = 0.0;  ///< of looks that give no cone, and of looks planned by Predict()
 
   /// The states as they were recorded.
   [[nodiscard]] const std::vector<StateVector>& RecordedStates() const {
@@ -180,7 +207,8 @@ struct Block {
 
 /// Throws InputError naming array, index, what must be and what was got (`looks.pass[5]: must be
 /// below 3, the number of passes, got 99`) unless a block filled by hand is what this page says:
-///   - passes with ids of their own, a flight path, a side, and a span that ends after it starts;
+///   - passes with ids of their own, a flight path, a side, a span that ends after it starts, a
+///     swath (if any) whose far limit is beyond its near one, and a squint below pi/2;
 ///   - arrays of one length; offsets from 0 to the number of looks that never descend; at most one
 ///     look of a pass at each point that is not rejected; known flags;
 ///   - looks with ranges above 0, squints below pi/2, Dopplers with the wavelength of their pass,

@@ -18,18 +18,6 @@
 
 namespace sarblock {
 
-/// How the imaged strip beside the track is bounded. A point is inside where its quantity lies
-/// between near and far; d = p - s, axes of the nominal path at the look's time.
-enum class SwathKind {
-  kLookAngle,    ///< atan2(|d.across|, -d.up) off nadir [rad]
-  kGroundRange,  ///< |d.across| [m], Leberl's y
-  kSlantRange,   ///< |d| [m]
-};
-struct SceneSwath {
-  SwathKind kind = SwathKind::kLookAngle;
-  std::array<double, 2> limits{};  ///< near, far [rad] or [m]; 0 <= near < far
-};
-
 /// A group of passes flown alike.
 ///
 /// kStrips: `count` parallel lines at constant height. In the scene plane (x east, y north;
@@ -43,7 +31,7 @@ struct SceneFlight {
   Pattern pattern = Pattern::kStrips;
   LookSide side = LookSide::kLeft;
   double squint_rad = 0.0;  ///< > 0 looks forward (v.d > 0); |squint| <= 60 deg
-  SceneSwath swath;
+  Swath swath;              ///< axes of the nominal path
   std::size_t count = 1;
   double spacing_m = kNotGiven;  ///< needed where count > 1 and no overlap is given
   std::size_t segments = 1;      ///< strips: passes that a line is cut into, one behind the other
@@ -253,9 +241,8 @@ struct SimulatedBlock {
   /// (IsRecorded); else empty: the block holds the planned paths themselves.
   std::vector<Pass> planned;
   std::shared_ptr<const std::vector<TrajectoryError>>
-      trajectory_error;            ///< by pass, as drawn; null: no errors
-  std::vector<PassError> errors;   ///< by pass, as drawn
-  std::vector<double> squint_rad;  ///< nominal squint by pass
+      trajectory_error;           ///< by pass, as drawn; null: no errors
+  std::vector<PassError> errors;  ///< by pass, as drawn
   ExactLooks exact;
   std::vector<std::uint8_t> blunder;  ///< by look, 1 where a blunder was added
   std::uint64_t measurement_seed = 0;

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Mapping, Optional, Sequence, Union
+from typing import Any, Mapping, Optional, Sequence, Union, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,6 +76,17 @@ class Pass:
         return float(self._said["end_s"])
 
     @property
+    def squint_deg(self) -> float:
+        """Squint [deg] of looks that give no cone, and of looks that `predict` plans."""
+        return float(self._said["squint_deg"])
+
+    @property
+    def swath(self) -> Optional[tuple[str, float, float]]:
+        """What the pass sees: "swath_look_deg", "swath_ground_m" or "swath_range_m", near and far in
+        its unit; None: not given."""
+        return cast(Optional[tuple[str, float, float]], self._said["swath"])
+
+    @property
     def epoch_utc(self) -> str:
         """What time 0 is; empty: not given."""
         return str(self._said["epoch_utc"])
@@ -93,7 +104,9 @@ class Pass:
             "sigma_m": _given_number(said["state_sigma_m"]),
             "sigma_mps": _given_number(said["state_sigma_mps"]),
         }
+        swath = {} if self.swath is None else {self.swath[0]: list(self.swath[1:])}
         return {
+            **swath,
             "id": self.id,
             "look": self.look,
             "wavelength_m": _given_number(self.wavelength_m),
@@ -101,6 +114,7 @@ class Pass:
             _AZIMUTH_KEYS[self.azimuth_unit]: _given_number(self.azimuth_sigma),
             "start_s": self.start_s,
             "end_s": self.end_s,
+            "squint_deg": self.squint_deg or None,
             "epoch_utc": self.epoch_utc or None,
             "trajectory": trajectory,
         }
@@ -327,8 +341,10 @@ class Block:
             values = np.sqrt(values) if row == column else values
             columns[name] = np.full(len(points), np.nan)
             columns[name][points.known_index] = np.where(values != 0.0, values, np.nan)
+        of_pass = np.array([one.squint_deg for one in self.passes])[looks.pass_index]
+        own = (looks.squint_rad != 0.0) | ((of_pass != 0.0) & np.isnan(looks.doppler_hz))
         optional = {
-            "squint_deg": np.where(looks.squint_rad == 0.0, np.nan, np.degrees(looks.squint_rad)),
+            "squint_deg": np.where(own, np.degrees(looks.squint_rad), np.nan),
             "doppler_hz": looks.doppler_hz,
             "range_sigma_m": looks.range_sigma_m,
             "azimuth_sigma_m": looks.azimuth_sigma_m,

@@ -1,0 +1,361 @@
+// SPDX-License-Identifier: Apache-2.0
+// `sarblock plan pair`: what a stereo pair gives, before it is flown, and the options by which
+// commands are given a pair.
+#include "sarblock/core/error.h"
+#include "sarblock/geometry/frame.h"
+#include "sarblock/leberl/formulas.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "leberl.h"
+#include "leberl/pair.h"
+#include "program.h"
+#include "session.h"
+#include "terminal.h"
+#include <fmt/core.h>
+#include <nlohmann/json.hpp>
+
+namespace sarblock::cli {
+namespace {
+
+using leberl::Arrangement;
+
+/// A body below an orbit and the name of its ellipsoid.
+struct OrbitBody {
+  const char* name;
+  const char* ellipsoid;
+};
+constexpr std::array<OrbitBody, 4> kBodies = {
+    {{"Earth", "WGS84"}, {"Moon", "Moon"}, {"Venus", "Venus"}, {"Mars", "Mars"}}};
+
+double CheckedLook(const char* option, double look_deg) {
+  if (!(look_deg > 0.0 && look_deg < 90.0)) {
+    throw InputError(option, fmt::format("{:g} is given, between 0 and 90 is allowed", look_deg));
+  }
+  return look_deg * kRadPerDeg;
+}
+
+double CheckedPositive(const char* option, double value, const char* unit) {
+  if (!(std::isfinite(value) && value > 0.0)) {
+    throw InputError(option, fmt::format("{:g} {} is given, > 0 is allowed", value, unit));
+  }
+  return value;
+}
+
+double CheckedIncidence(const char* option, double look_rad, double height_m, double radius_m) {
+  const double incidence_rad = IncidenceAngle(look_rad, height_m, radius_m);
+  if (std::isfinite(incidence_rad)) return incidence_rad;
+  throw InputError(option,
+                   fmt::format("{:g} deg passes the body by, below {:.3f} deg is allowed",
+                               look_rad * kDegPerRad,
+                               std::asin(radius_m / (radius_m + height_m)) * kDegPerRad));
+}
+
+GivenPair PairOfBase(const PairInput& input) {
+  const leberl::StereoConfiguration c{
+      *input.base_m, input.height_m.value(), input.ground_range_m.value(), input.arrangement};
+  Validate(c);
+  GivenPair pair;
+  pair.arrangement = input.arrangement;
+  pair.from_base = c;
+  pair.height_m = c.height_m;
+  pair.look_rad = {std::abs(FirstLookAngle(c)), std::abs(SecondLookAngle(c))};
+  pair.incidence_rad = pair.look_rad;
+  return pair;
+}
+
+}  // namespace
+
+void AddPairOptions(CLI::App* command, PairInput* input) {
+  command->add_option("--base-m", input->base_m, "stereo base B");
+  command->add_option("--height-m", input->height_m, "flying height H");
+  command->add_option("--ground-range-m",
+                      input->ground_range_m,
+                      "ground distance y of the point from the nadir line of station '");
+  command->add_option("--orbit-height-km", input->orbit_height_km, "height of both orbits");
+  std::map<std::string, int> bodies;
+  for (std::size_t i = 0; i < kBodies.size(); ++i) bodies[kBodies[i].name] = static_cast<int>(i);
+  command->add_option("--body", input->body, "body below the orbits")->transform(ChoiceOf(bodies));
+  command->add_flag_callback(
+      "--opposite",
+      [input] { input->arrangement = Arrangement::kOppositeSide; },
+      "opposite-side stereo: the point lies between the stations");
+}
+
+void RequireOnePair(const char* command, HeightNeed height, const PairInput& input) {
+  const bool base = input.base_m && input.height_m && input.ground_range_m;
+  const bool some_base = input.base_m || input.ground_range_m;
+  const bool looks = input.first_look_deg && input.second_look_deg;
+  const bool some_look = input.first_look_deg || input.second_look_deg;
+  const bool orbit = input.orbit_height_km && input.body;
+  const bool some_orbit = input.orbit_height_km || input.body;
+  const bool by_base = base && !some_look && !some_orbit;
+  const bool from_height = some_orbit
+                               ? orbit && !input.height_m
+                               : height == HeightNeed::kOptional || input.height_m.has_value();
+  if (by_base || (looks && !some_base && from_height)) return;
+  const auto [first, second] = input.look_names;
+  const std::string both = std::string(first) == second ? std::string(first) + " twice"
+                                                        : fmt::format("{} and {}", first, second);
+  throw CLI::ValidationError(
+      command,
+      fmt::format("the pair is given by --base-m, --height-m and --ground-range-m, or by {}, {}"
+                  "with --height-m, or with --orbit-height-km and --body",
+                  both,
+                  height == HeightNeed::kOptional ? "alone, " : ""));
+}
+
+GivenPair PairOf(const PairInput& input) {
+  if (input.base_m) return PairOfBase(input);
+  GivenPair pair;
+  pair.arrangement = input.arrangement;
+  const std::array looks_deg{input.first_look_deg.value(), input.second_look_deg.value()};
+  for (std::size_t k = 0; k < 2; ++k) {
+    pair.look_rad[k] = CheckedLook(input.look_names[k], looks_deg[k]);
+  }
+  if (pair.arrangement == Arrangement::kSameSide && pair.look_rad[0] == pair.look_rad[1]) {
+    const auto [first, second] = input.look_names;
+    throw InputError(second,
+                     std::string(first) == second
+                         ? "is the same angle twice: no base, two different ones are allowed"
+                         : fmt::format("equals {}: no base, another angle is allowed", first));
+  }
+  pair.incidence_rad = pair.look_rad;
+  if (input.height_m) pair.height_m = CheckedPositive("--height-m", *input.height_m, "m");
+  if (!input.orbit_height_km) return pair;
+  pair.height_m = 1e3 * CheckedPositive("--orbit-height-km", *input.orbit_height_km, "km");
+  pair.body_radius_m =
+      NamedEllipsoid(kBodies.at(static_cast<std::size_t>(input.body.value())).ellipsoid).a_m;
+  for (std::size_t k = 0; k < 2; ++k) {
+    pair.incidence_rad[k] =
+        CheckedIncidence(input.look_names[k], pair.look_rad[k], *pair.height_m, pair.body_radius_m);
+  }
+  return pair;
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct PlanPairInput {
+  PairInput pair;
+  std::vector<double> looks_deg;
+  double range_sigma_m = 0.0;
+  std::optional<double> azimuth_sigma_m, path_sigma_m, goal_up_m;
+};
+
+/// What is printed of a pair.
+struct PlannedPair {
+  GivenPair given;
+  PairAccuracy accuracy;
+  bool along = false;  ///< whether the standard deviation along track is known
+  leberl::ViewingGuidance viewing;
+  double exaggeration = 0.0;
+  SlopeLimits slopes;
+  std::optional<SecondLooks> second;  ///< that reach a goal which the pair misses
+};
+
+PlannedPair PlanOf(const PlanPairInput& input) {
+  PlannedPair plan;
+  plan.given = PairOf(input.pair);
+  PairSigmas sigmas;
+  sigmas.range_m = CheckedPositive("--range-sigma-m", input.range_sigma_m, "m");
+  if (input.path_sigma_m) {
+    sigmas.path_m = CheckedPositive("--path-sigma-m", *input.path_sigma_m, "m");
+  }
+  plan.along = input.azimuth_sigma_m.has_value();
+  // Azimuth decides the position along the parallel tracks alone, which is then not printed.
+  sigmas.azimuth_m = plan.along ? CheckedPositive("--azimuth-sigma-m", *input.azimuth_sigma_m, "m")
+                                : sigmas.range_m;
+  const StereoPair pair{plan.given.look_rad,
+                        plan.given.height_m.value(),
+                        plan.given.body_radius_m,
+                        plan.given.arrangement};
+  const auto accuracy = AccuracyOf(pair, sigmas);
+  if (!accuracy) {
+    throw UndeterminedError("the two looks do not determine a point: their circles touch", {});
+  }
+  plan.accuracy = *accuracy;
+  const auto [first_rad, second_rad] = plan.given.incidence_rad;
+  plan.viewing = leberl::CheckViewing(first_rad, second_rad, pair.arrangement);
+  plan.exaggeration = leberl::ExaggerationFromAngles(first_rad, second_rad, pair.arrangement);
+  plan.slopes = SlopesShown(plan.given.incidence_rad, pair.arrangement);
+  if (input.goal_up_m &&
+      accuracy->all.up_m > CheckedPositive("--goal-up-m", *input.goal_up_m, "m") &&
+      pair.arrangement == Arrangement::kSameSide) {
+    plan.second = SecondLooksFor(pair, sigmas, *input.goal_up_m);
+  }
+  return plan;
+}
+
+Json SigmasJson(const PointSigmas& sigmas, bool along) {
+  return {{"along_m", along ? Json(sigmas.along_m) : Json()},
+          {"across_m", sigmas.across_m},
+          {"up_m", sigmas.up_m}};
+}
+
+Json AnglesJson(const std::array<double, 2>& angles_rad) {
+  return {angles_rad[0] * kDegPerRad, angles_rad[1] * kDegPerRad};
+}
+
+Json PlanJson(const PlanPairInput& input, const PlannedPair& plan) {
+  const auto degrees = [](const std::optional<double>& angle_rad) {
+    return angle_rad ? Json(*angle_rad * kDegPerRad) : Json();
+  };
+  Json json = {
+      {"format", "sarblock-pair 1"},
+      {"height_m", *plan.given.height_m},
+      {"look_deg", AnglesJson(plan.given.look_rad)},
+      {"incidence_deg", AnglesJson(plan.given.incidence_rad)},
+      {"range_m", plan.accuracy.range_m},
+      {"intersection_deg", plan.accuracy.intersection_rad * kDegPerRad},
+      {"sigma", SigmasJson(plan.accuracy.all, plan.along)},
+      {"sigma_measured", SigmasJson(plan.accuracy.measured, plan.along)},
+      {"sigma_paths", input.path_sigma_m ? SigmasJson(plan.accuracy.paths, true) : Json()},
+      {"exaggeration", plan.exaggeration},
+      {"looks_within_37_and_67_deg", plan.viewing.looks_within_37_and_67_deg},
+      {"looks_not_below_40_deg", plan.viewing.looks_not_below_40_deg},
+      {"intersection_within_12_and_15_deg", plan.viewing.intersection_within_12_and_15_deg},
+      {"slope_facing_first_deg", plan.slopes.facing_first_rad * kDegPerRad},
+      {"slope_facing_away_deg", plan.slopes.facing_away_rad * kDegPerRad}};
+  if (input.goal_up_m) {
+    json["goal_up_m"] = *input.goal_up_m;
+    json["goal_reached"] = plan.accuracy.all.up_m <= *input.goal_up_m;
+  }
+  if (plan.second) {
+    json["second_look_below_deg"] = degrees(plan.second->below);
+    json["second_look_above_deg"] = degrees(plan.second->above);
+  }
+  return json;
+}
+
+std::string SigmaRow(const char* name, const PointSigmas& sigmas, bool along) {
+  return fmt::format("{:<26}{:>12}{:>12.4g}{:>12.4g}\n",
+                     name,
+                     along ? fmt::format("{:.4g}", sigmas.along_m) : "-",
+                     sigmas.across_m,
+                     sigmas.up_m);
+}
+
+/// What the goal of the height asks for.
+std::string GoalText(const PlanPairInput& input, const PlannedPair& plan) {
+  const double up_m = plan.accuracy.all.up_m;
+  if (up_m <= *input.goal_up_m) {
+    return fmt::format("sigma up {:.4g} m, goal {:g} m: reached\n", up_m, *input.goal_up_m);
+  }
+  std::string text = fmt::format("sigma up {:.4g} m, goal {:g} m: missed", up_m, *input.goal_up_m);
+  if (!plan.second) return text + "\n";
+  const auto& [below, above] = *plan.second;
+  if (!below && !above) return text + "; no second look reaches it\n";
+  text += "; reached by a second look";
+  if (below) text += fmt::format(" of {:.2f} deg or less", *below * kDegPerRad);
+  if (below && above) text += ", or";
+  if (above) text += fmt::format(" of {:.2f} deg or more", *above * kDegPerRad);
+  return text + "\n";
+}
+
+std::string PlanText(const PlanPairInput& input, const PlannedPair& plan) {
+  const bool same = plan.given.arrangement == Arrangement::kSameSide;
+  const auto [look_1, look_2] = plan.given.look_rad;
+  const auto [incidence_1, incidence_2] = plan.given.incidence_rad;
+  const auto deg = [](double angle_rad) { return angle_rad * kDegPerRad; };
+  std::string text =
+      fmt::format("{}, looks of {:.4g} and {:.4g} deg {}\n",
+                  input.pair.orbit_height_km
+                      ? fmt::format("orbits {:g} km above {}",
+                                    *input.pair.orbit_height_km,
+                                    kBodies.at(static_cast<std::size_t>(*input.pair.body)).name)
+                      : fmt::format("flights {:g} m above the ground", *plan.given.height_m),
+                  deg(look_1),
+                  deg(look_2),
+                  same ? "on one side" : "from opposite sides");
+  text += fmt::format("{:<26}{:>12.2f} deg   incidence {:.2f} and {:.2f} deg\n",
+                      "angle of intersection",
+                      deg(plan.accuracy.intersection_rad),
+                      deg(incidence_1),
+                      deg(incidence_2));
+  text += fmt::format("{:<26}{:>12.5g} and {:.5g} km\n",
+                      "slant ranges",
+                      1e-3 * plan.accuracy.range_m[0],
+                      1e-3 * plan.accuracy.range_m[1]);
+  text +=
+      fmt::format("{:<26}{:>12}{:>12}{:>12}\n", "sigma of the point [m]", "along", "across", "up");
+  if (input.path_sigma_m) {
+    text += SigmaRow("  by range and azimuth", plan.accuracy.measured, plan.along);
+    text += SigmaRow("  by the flight paths", plan.accuracy.paths, true);
+  }
+  text += SigmaRow(
+      input.path_sigma_m ? "  all" : "  paths known exactly", plan.accuracy.all, plan.along);
+  if (input.goal_up_m) text += GoalText(input, plan);
+  const auto kept = [](bool yes) { return yes ? "kept" : "not kept"; };
+  text += fmt::format("vertical exaggeration q         about {:.2g} (Leberl (1979), Eq. 10)\n",
+                      plan.exaggeration);
+  text += fmt::format(
+      "viewing: angles of 37 to 67 deg {}, not below 40 deg {},\n"
+      "    intersection of about 12 to 15 deg {}\n",
+      kept(plan.viewing.looks_within_37_and_67_deg),
+      kept(plan.viewing.looks_not_below_40_deg),
+      kept(plan.viewing.intersection_within_12_and_15_deg));
+  text += fmt::format(
+      "slopes that both images show: facing {} up to {:.1f} deg, facing away\n"
+      "    up to {:.1f} deg; steeper ones are lost to layover or shadow\n",
+      same ? "the antennas" : "the first antenna",
+      deg(plan.slopes.facing_first_rad),
+      deg(plan.slopes.facing_away_rad));
+  return text;
+}
+
+int RunPlanPair(const PlanPairInput& input, const Session& session) {
+  const PlannedPair plan = PlanOf(input);
+  if (session.json) {
+    fmt::print("{}\n", PlanJson(input, plan).dump(2));
+  } else {
+    session.Print(PlanText(input, plan));
+  }
+  return kAccepted;
+}
+
+}  // namespace
+
+void AddPlan(CLI::App* app, Session* session) {
+  CLI::App* plan = app->add_subcommand("plan", "What a planned stereo pair will give");
+  plan->require_subcommand(1);
+  const auto input = std::make_shared<PlanPairInput>();
+  input->pair.look_names = {"--look", "--look"};
+  CLI::App* command = plan->add_subcommand(
+      "pair", "Accuracy, viewing and lost slopes of a stereo pair, in one command");
+  command->add_option("--look", input->looks_deg, "look angle off nadir [deg]; twice")
+      ->allow_extra_args(false);
+  AddPairOptions(command, &input->pair);
+  command
+      ->add_option(
+          "--range-sigma-m", input->range_sigma_m, "standard deviation of each slant range")
+      ->required();
+  command->add_option("--azimuth-sigma-m",
+                      input->azimuth_sigma_m,
+                      "standard deviation of each azimuth, along track at the target");
+  command->add_option("--path-sigma-m",
+                      input->path_sigma_m,
+                      "standard deviation of each flight path along, across and up");
+  command->add_option("--goal-up-m",
+                      input->goal_up_m,
+                      "wanted standard deviation of heights; names the looks that reach it");
+  command->callback([session, input] {
+    if (input->looks_deg.size() > 2) {
+      throw CLI::ValidationError("--look", "two look angles are allowed");
+    }
+    if (!input->looks_deg.empty()) input->pair.first_look_deg = input->looks_deg.front();
+    if (input->looks_deg.size() == 2) input->pair.second_look_deg = input->looks_deg.back();
+    RequireOnePair("pair", HeightNeed::kRequired, input->pair);
+    session->run = [session, input] { return RunPlanPair(*input, *session); };
+  });
+}
+
+}  // namespace sarblock::cli

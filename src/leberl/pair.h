@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "sarblock/geometry/look_equations.h"
+#include "sarblock/leberl/formulas.h"
+
+#include <array>
+#include <limits>
+#include <optional>
+#include <span>
+
+#include <Eigen/Core>
+
+namespace sarblock {
+
+/// Angle of incidence at the ground [rad] of a look from `height_m` above a sphere (an infinite
+/// radius: a plane), sin(i) = (a + H)/a sin(look); NaN where the look passes the sphere by.
+[[nodiscard]] double IncidenceAngle(double look_rad, double height_m, double body_radius_m);
+
+/// Slant range [m] of the same look, by the law of sines in the triangle of antenna, point and
+/// centre; NaN where it passes the sphere by.
+[[nodiscard]] double SlantRange(double look_rad, double height_m, double body_radius_m);
+
+/// Two zero-Doppler looks at one point from parallel flights of equal height: straight lines over
+/// a plane, circular orbits in one direction about a sphere that does not turn. Antennas and point
+/// lie in the plane across the tracks. Orbits of a body that turns converge by some degrees, by
+/// which azimuths better than the ranges add to the position across; that is left out.
+struct StereoPair {
+  std::array<double, 2> look_rad{};  ///< off nadir, magnitudes, first (') and second ('')
+  double height_m = 0.0;             ///< of flight, H > 0
+  double body_radius_m = std::numeric_limits<double>::infinity();  ///< a; infinite: a plane
+  leberl::Arrangement arrangement = leberl::Arrangement::kSameSide;
+};
+
+/// Standard deviations of a point along and across the first track and up [m].
+struct PointSigmas {
+  double along_m = 0.0;
+  double across_m = 0.0;
+  double up_m = 0.0;
+};
+
+/// The standard deviations of `observations`' intersection (geometry::Intersect), flight paths
+/// fixed, along three unit vectors of the frame; nothing where the point is not determined.
+[[nodiscard]] std::optional<PointSigmas> SigmasOf(std::span<const FixedPathLook> observations,
+                                                  const Eigen::Vector3d& along,
+                                                  const Eigen::Vector3d& across,
+                                                  const Eigen::Vector3d& up);
+
+/// What a pair is planned with; all > 0. Errors of both images are independent.
+struct PairSigmas {
+  double range_m = 0.0;
+  double azimuth_m = 0.0;  ///< along track at the target
+  /// Of each flight path along, across and up, constant over the strip; 0: paths known exactly.
+  double path_m = 0.0;
+};
+
+/// What a pair gives at its point.
+struct PairAccuracy {
+  double intersection_rad = 0.0;  ///< between the lines of sight, in (0, pi)
+  std::array<double, 2> incidence_rad{};
+  std::array<double, 2> range_m{};
+  PointSigmas measured;  ///< by range and azimuth, paths exact
+  PointSigmas paths;     ///< by the paths alone
+  PointSigmas all;       ///< both together
+};
+
+/// Accuracy by the rigorous intersection of both looks. A path error moves the range by its part
+/// along the line of sight and the azimuth by its part along track, which an orbit carries to the
+/// target on a shorter way. Over a plane, `measured` across and up are Leberl (1979), Eq. 25.
+/// Nothing where the looks pass the body by or do not determine the point.
+[[nodiscard]] std::optional<PairAccuracy> AccuracyOf(const StereoPair& pair,
+                                                     const PairSigmas& sigmas);
+
+/// Steepest slopes across track [rad] that both images show: a slope that faces an antenna lies
+/// over (layover) from its angle of incidence i on, one that faces away is in shadow from pi/2 - i
+/// on. By the side of the first antenna.
+struct SlopeLimits {
+  double facing_first_rad = 0.0;
+  double facing_away_rad = 0.0;  ///< from the first antenna
+};
+[[nodiscard]] SlopeLimits SlopesShown(const std::array<double, 2>& incidence_rad,
+                                      leberl::Arrangement arrangement);
+
+/// Second look angles [rad] of a same-side pair at which the height is as good as `sigma_up_m` (of
+/// PairAccuracy::all): all up to `below`, which is less than the first one, and all from `above` as
+/// far as the body is seen. Not set: none on that side.
+struct SecondLooks {
+  std::optional<double> below, above;
+};
+[[nodiscard]] SecondLooks SecondLooksFor(const StereoPair& pair,
+                                         const PairSigmas& sigmas,
+                                         double sigma_up_m);
+
+}  // namespace sarblock

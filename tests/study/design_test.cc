@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "studies/design.h"
+
+#include "sarblock/adjust/adjust.h"
+#include "sarblock/core/error.h"
+#include "sarblock/simulate/simulate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "leberl/pair.h"
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+constexpr char kDesignHead[] =
+    "format = \"sarblock-study 1\"\nstudy = \"design\"\n"
+    "scene = \"leberl-aircraft\"\nset = [\"points.count=40\", \"check.count=0\"]\n";
+
+DesignFile ReadDesignText(const std::string& text, const std::string& head = kDesignHead) {
+  const std::string scenes = std::string(SARBLOCK_DATASETS) + "/scenes";
+  return ParseDesign(head + text, "d.toml", {}, [&](const std::string& name) {
+    std::ifstream stream(scenes + "/" + name + ".toml");
+    return std::string(std::istreambuf_iterator<char>(stream), {});
+  });
+}
+
+std::string DesignRefusal(const std::string& text) {
+  try {
+    static_cast<void>(ReadDesignText(text));
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+constexpr char kTwoAxes[] =
+    "[[axis]]\nname = \"range noise\"\nkey = \"looks.range_sigma_m\"\nvalues = [0.5, 2.0]\n"
+    "[[axis]]\nkey = \"control.count\"\nvalues = [2, 4]\n";
+constexpr char kPrices[] =
+    "[cost]\ncurrency = \"EUR\"\npass = 1000.5\nkilometre = 2\ncontrol_point = 300.25\n";
+
+TEST(DesignTest, CasesAreTheProductOfOneOrTwoAxes) {
+  const DesignStudy study = ReadDesignText(kTwoAxes).study;
+  ASSERT_EQ(study.cases.size(), 4U);
+  EXPECT_EQ(study.cases[1].scene.looks.range_sigma_m, 0.5);
+  EXPECT_EQ(study.cases[1].scene.control.count, 4U);
+  EXPECT_EQ(study.cases[2].scene.looks.range_sigma_m, 2.0);
+  EXPECT_THAT(study.axes[0].values, ElementsAre("0.5", "2.0"));
+  EXPECT_EQ(study.axes[1].name, "control.count");
+  // several keys that take one value
+  const DesignStudy keys =
+      ReadDesignText(
+          "[[axis]]\nkeys = [\"looks.range_sigma_m\", \"looks.azimuth_sigma_m\"]\nvalues = [0.7]\n")
+          .study;
+  EXPECT_EQ(keys.cases.at(0).scene.looks.range_sigma_m, 0.7);
+  EXPECT_EQ(keys.cases.at(0).scene.looks.azimuth.azimuth, 0.7);
+  EXPECT_EQ(keys.choices.at(0).at(0).number, 0.7);
+}
+
+TEST(DesignTest, RefusesWhatIsWrongWithItsPlace) {
+  EXPECT_THAT(DesignRefusal(""), HasSubstr("axis: must be given once or twice, got 0 tables"));
+  EXPECT_THAT(DesignRefusal(std::string(kTwoAxes) + kTwoAxes), HasSubstr("got 4 tables"));
+  EXPECT_THAT(DesignRefusal("[[axis]]\nkey = \"looks.range_sgima_m\"\nvalues = [1]\n"),
+              HasSubstr("d.toml:7: axis.0.values[0]: cannot be applied"));
+  EXPECT_THAT(DesignRefusal("[[axis]]\nkey = \"seed\"\nkeys = [\"seed\"]\nvalues = [1]\n"),
+              HasSubstr("d.toml:7: axis.0.keys: excludes key"));
+  EXPECT_THAT(DesignRefusal(std::string(kTwoAxes) + "[goal]\nmax_sigma_up_m = 0\n"),
+              HasSubstr("goal.max_sigma_up_m: must be a number above 0, got 0"));
+  EXPECT_THAT(DesignRefusal(std::string(kTwoAxes) + "[goal]\nmax_sigma_u_m = 1\n"),
+              HasSubstr("d.toml:13: goal.max_sigma_u_m: the key is not known"));
+  EXPECT_THAT(DesignRefusal(std::string(kTwoAxes) + "[goal]\ncost = 1\n"),
+              HasSubstr("goal.cost: needs prices: a table [cost]"));
+  EXPECT_THAT(DesignRefusal(std::string(kTwoAxes) + "[cost]\nmile = 1\n"),
+              HasSubstr("cost.mile: the key is not known"));
+}
+
+// Two routes: the same block predicted directly. Tracks are along x, which is east.
+TEST(DesignTest, ARowIsThePredictionOfItsBlock) {
+  const DesignFile file = ReadDesignText(std::string(kTwoAxes) + kPrices);
+  const StudyTable table = RunStudy(PlanDesign(file.study));
+  ASSERT_EQ(table.size(), 4U);
+  for (std::size_t row = 0; row < table.size(); ++row) {
+    const StudyCase& of = file.study.cases[row];
+    const SimulatedBlock planned = PlannedBlock(of.scene);
+    AdjustOptions options = of.adjust;
+    options.covariance = CovarianceLevel::kBlock;
+    const AdjustResult result = Predict(planned.block, options, planned.truth.points_m);
+    std::array<double, 3> largest_m{};
+    std::size_t points = 0;
+    for (std::size_t j = 0; j < planned.block.points.size(); ++j) {
+      if (planned.block.points.role[j] == PointRole::kControl) continue;
+      ++points;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        largest_m[axis] =
+            std::max(largest_m[axis], std::sqrt(result.points.covariance_m2[j][axis]));
+      }
+    }
+    EXPECT_NEAR(table.Number(row, "max_sigma_along_m"), largest_m[0], 1e-12);
+    EXPECT_NEAR(table.Number(row, "max_sigma_across_m"), largest_m[1], 1e-12);
+    EXPECT_NEAR(table.Number(row, "max_sigma_up_m"), largest_m[2], 1e-12);
+    EXPECT_LT(table.Number(row, "median_sigma_up_m"), largest_m[2]);
+    EXPECT_EQ(table.Number(row, "points"), static_cast<double>(points));
+    EXPECT_EQ(table.Number(row, "redundancy"), result.redundancy());
+    EXPECT_EQ(table.Number(row, "number_1"), of.scene.looks.range_sigma_m);
+    // hand arithmetic: two passes, each as long as the scene says
+    const double flight_km = 2e-3 * of.scene.flights[0].length_m;
+    EXPECT_NEAR(table.Number(row, "flight_km"), flight_km, 1e-9);
+    EXPECT_NEAR(table.Number(row, "cost"),
+                2 * 1000.5 + 2 * flight_km + 300.25 * static_cast<double>(of.scene.control.count),
+                1e-6);
+  }
+}
+
+// Hand arithmetic on a table of one's own.
+TEST(DesignTest, ParetoAndGoalsFollowTheNumbers) {
+  const DesignFile file =
+      ReadDesignText(std::string(kTwoAxes) + kPrices + "[goal]\nmax_sigma_up_m = 20\n");
+  std::vector<StudyRow> rows;
+  const struct {
+    double cost, up_m;
+    int determined;
+  } cases[] = {{100.0, 20.1, 1}, {200.0, 18.5, 1}, {200.0, 18.5, 1}, {250.0, 19.0, 1}};
+  for (const auto& [cost, up_m, determined] : cases) {
+    StudyRowMaker row(DesignColumns());
+    row.Set("cost", cost).Set("max_sigma_up_m", up_m).Count("determined", 1);
+    row.Count("reached", up_m <= 20.0 ? 1 : 0);
+    rows.push_back(row.row());
+  }
+  const StudyTable table(DesignColumns(), rows);
+  const StudyTable marked = MarkPareto(file.study, table);
+  EXPECT_EQ(marked.Number(0, "pareto"), 1.0);
+  EXPECT_EQ(marked.Number(1, "pareto"), 1.0);  // two equal ones do not beat each other
+  EXPECT_EQ(marked.Number(2, "pareto"), 1.0);
+  EXPECT_EQ(marked.Number(3, "pareto"), 0.0);
+  EXPECT_THAT(DescribeDesign(file.study, table),
+              ElementsAre("3 of 4 cases reach all goals; the cheapest is range noise 0.5, "
+                          "control.count 4: worst point up 18.5 m, goal 20 m: reached",
+                          "the best, worst point up 18.5 m, is range noise 0.5, control.count 4"));
+  const std::vector<std::string> lines = DesignTables(file.study, table);
+  EXPECT_THAT(lines, Contains("0.5   20.1    18.5*"));
+  EXPECT_THAT(lines, Contains("           100 EUR     20.1 m   range noise 0.5, control.count 2"));
+  for (const std::string& line : lines) EXPECT_LE(line.size(), 80U) << line;
+
+  const std::vector<StudyRow> missed(4, rows.front());
+  EXPECT_THAT(
+      DescribeDesign(file.study, StudyTable(DesignColumns(), missed)),
+      Contains("no case reaches all goals; the nearest is range noise 0.5, control.count 2: "
+               "worst point up 20.1 m, goal 20 m: missed"));
+}
+
+TEST(DesignTest, AMissNeverReadsAsTheGoal) {
+  const DesignFile file = ReadDesignText(std::string(kTwoAxes) + "[goal]\nmax_sigma_up_m = 20\n");
+  StudyRowMaker row(DesignColumns());
+  row.Set("max_sigma_up_m", 20.0001).Count("determined", 1).Count("reached", 0);
+  const StudyTable table(DesignColumns(), std::vector<StudyRow>(4, row.row()));
+  EXPECT_THAT(DescribeDesign(file.study, table),
+              Contains(HasSubstr("worst point up 20.0001 m, goal 20 m: missed")));
+}
+
+TEST(DesignTest, ACaseThatGivesNoBlockIsARowWithItsReason) {
+  const DesignFile file = ReadDesignText(
+      "[[axis]]\nkey = \"points.east_m\"\nvalues = [[-20000, 20000], [900000, 910000]]\n",
+      "format = \"sarblock-study 1\"\nstudy = \"design\"\nscene = \"leberl-aircraft\"\n"
+      "set = [\"points.count=30\", \"check.count=0\", \"control.count=0\"]\n");
+  const StudyTable table = RunStudy(PlanDesign(file.study));
+  EXPECT_EQ(table.Number(1, "determined"), 0.0);
+  EXPECT_THAT(table.Text(1, "message"), HasSubstr("no point lies in any swath"));
+  EXPECT_THAT(DescribeDesign(file.study, table).back(), HasSubstr("1 of 2 cases give no block"));
+}
+
+// The second route to a pair from orbit: a block with that geometry, paths known, no control. Its
+// tracks converge by 3 degrees, by which an azimuth as good as the range would add to across.
+TEST(PlannedPairTest, OfAnOrbitIsThatOfASmallBlock) {
+  const DesignFile file = ReadDesignText(
+      "[[axis]]\nkey = \"flight.1.aim_look_deg\"\nvalues = [31.5, 38.2]\n",
+      "format = \"sarblock-study 1\"\nstudy = \"design\"\nscene = \"earth-same-side\"\n"
+      "flights = [\"A1\", \"A2\"]\nset = [\"looks.range_sigma_m=3.3\", "
+      "\"looks.azimuth_sigma_m=5\", \"points.count=25\", "
+      "\"points.east_m=[-400, 400]\", \"points.north_m=[-400, 400]\", \"control.count=0\", "
+      "\"check.count=0\", \"flight.1.swath_look_deg=[20, 50]\", \"adjust.corrections=none\"]\n");
+  const StudyTable table = RunStudy(PlanDesign(file.study));
+  for (std::size_t row = 0; row < table.size(); ++row) {
+    const double second_rad = (row == 0 ? 31.5 : 38.2) * kRadPerDeg;
+    const auto pair = AccuracyOf({.look_rad = {23.0 * kRadPerDeg, second_rad},
+                                  .height_m = 693e3,
+                                  .body_radius_m = 6378137.0},
+                                 {.range_m = 3.3, .azimuth_m = 5.0});
+    ASSERT_TRUE(pair);
+    // The ellipsoid at 45 degrees of latitude is 11 km below the sphere: 0.3 % of the angles.
+    EXPECT_NEAR(table.Number(row, "median_sigma_up_m"), pair->all.up_m, 0.01 * pair->all.up_m);
+    EXPECT_NEAR(
+        table.Number(row, "median_sigma_across_m"), pair->all.across_m, 0.01 * pair->all.across_m);
+    EXPECT_NEAR(table.Number(row, "median_sigma_along_m"), pair->all.along_m, 0.05);
+  }
+}
+
+}  // namespace
+}  // namespace sarblock
