@@ -207,8 +207,7 @@ std::optional<std::string> WarningOfPlan(const Block& planned,
     return std::nullopt;
   }
   return "a plan without rows of looks, and not every pass has a swath: each such pass sees all "
-         "that "
-         "is on its look side, " +
+         "that is on its look side, " +
          Describe(CoverageOf(planned, positions_m)) +
          "; swath_look_deg, swath_range_m or swath_ground_m of a pass says what it sees";
 }

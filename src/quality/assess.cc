@@ -168,17 +168,20 @@ ReliabilityFigures ReliabilityOf(const AdjustOptions& options, const AdjustResul
 
 double TauOf(double w, const AdjustResult& result) { return w / std::sqrt(result.sigma0_squared); }
 
+double AzimuthRate_mps(const Block& block, std::uint64_t look, const Eigen::Vector3d& p_m) {
+  const auto motion = block.passes[block.looks.pass[look]].path.At(block.looks.time_s[look]);
+  if (!motion) return kNotGiven;
+  const TimeRates rates = LookTimeRates(
+      p_m, motion->position_m, motion->velocity_mps, motion->acceleration_mps2, block.ConeOf(look));
+  return rates.along_mps;
+}
+
 double AzimuthSigma_m(const Block& block, std::uint64_t look, const Eigen::Vector3d& p_m) {
   const LookSigma sigma = block.SigmaOf(look);
   if (sigma.azimuth_unit == AzimuthUnit::kMetres) return sigma.azimuth;
-  const Pass& pass = block.passes[block.looks.pass[look]];
-  const auto motion = pass.path.At(block.looks.time_s[look]);
-  if (!motion) return kNotGiven;
-  const double speed_mps = motion->velocity_mps.norm();
-  if (block.MeasuresDoppler(look)) return block.ApproximateAzimuthSigma_m(look, speed_mps);
-  const TimeRates rates = LookTimeRates(
-      p_m, motion->position_m, motion->velocity_mps, motion->acceleration_mps2, block.ConeOf(look));
-  return sigma.azimuth * rates.along_mps;
+  if (!block.MeasuresDoppler(look)) return sigma.azimuth * AzimuthRate_mps(block, look, p_m);
+  const auto motion = block.passes[block.looks.pass[look]].path.At(block.looks.time_s[look]);
+  return motion ? block.ApproximateAzimuthSigma_m(look, motion->velocity_mps.norm()) : kNotGiven;
 }
 
 QualitySummary SummariseQuality(const Block& block,

@@ -62,6 +62,8 @@ struct Mismatch {
   /// where the residuals agree in it; otherwise NaN.
   std::array<double, 2> shift_m{kNotGiven, kNotGiven};
   std::array<double, 2> shift_sigma_m{kNotGiven, kNotGiven};
+  /// The same in pixels and lines, where the pass has a raster; otherwise NaN.
+  std::array<double, 2> shift_px{kNotGiven, kNotGiven};
   /// Points at which a look of this pass would hardly show the same error.
   std::size_t unchecked = 0;
   [[nodiscard]] bool alike() const { return !std::isnan(shift_m[0]) || !std::isnan(shift_m[1]); }
@@ -133,9 +135,26 @@ std::string Describe(const Block& block, const Mismatch& mismatch) {
     if (std::isnan(mismatch.shift_m[k])) continue;
     text += next + ValueWithSigma(mismatch.shift_m[k], mismatch.shift_sigma_m[k]) + " m in " +
             kComponent[k];
+    if (!std::isnan(mismatch.shift_px[k])) {
+      text += " (" + Digits(mismatch.shift_px[k], 3) + (k == 0 ? " pixels)" : " lines)");
+    }
     next = " and ";
   }
   return text + " (a repeated pattern matched with the next one, or an error of the pass)";
+}
+
+/// Pixels and lines of a shift [m] in range and azimuth at a look of a point at `p_m`; NaN where
+/// the pass has no raster.
+std::array<double, 2> InRaster(const Block& block,
+                               std::size_t look,
+                               const Eigen::Vector3d& p_m,
+                               const std::array<double, 2>& shift_m) {
+  const std::optional<ImageGrid>& image = block.passes[block.looks.pass[look]].image;
+  if (!image) return {kNotGiven, kNotGiven};
+  const RadarCoordinates at{block.looks.time_s[look], block.looks.range_m[look]};
+  const double pixel_m = SlantRangePerPixel_m(*image, at).value_or(kNotGiven);
+  const double line_m = AzimuthRate_mps(block, look, p_m) * image->line_interval_s;
+  return {shift_m[0] / pixel_m, shift_m[1] / line_m};
 }
 
 /// The pass that lost most first.
@@ -146,10 +165,14 @@ std::vector<Mismatch> FindMismatches(const AdjustmentProblem& problem,
   const std::size_t passes = block.passes.size();
   std::vector<std::array<Sample, 2>> samples(passes);
   std::vector<std::size_t> lost(passes, 0);
-  for (std::size_t i = 0; i < block.looks.size(); ++i) {
+  std::vector<std::array<std::size_t, 2>> example(passes);  // a look that was lost, and its point
+  const std::vector<std::uint64_t>& offsets = block.looks.offsets;
+  for (std::size_t i = 0, point = 0; i < block.looks.size(); ++i) {
+    while (i >= offsets[point + 1]) ++point;
     if (!IsLost(result.looks.reason[i])) continue;
     const std::size_t pass = block.looks.pass[i];
     ++lost[pass];
+    example[pass] = {i, point};
     const double range_m = result.looks.range_residual_m[i];
     const double azimuth_m = result.looks.azimuth_residual_m[i];
     if (!std::isfinite(range_m) || !std::isfinite(azimuth_m)) continue;
@@ -178,6 +201,8 @@ std::vector<Mismatch> FindMismatches(const AdjustmentProblem& problem,
       if (loses_more != pass || samples[pass][0].count == 0) continue;
       for (std::size_t k = 0; k < 2; ++k) error_m[k] = std::sqrt(samples[pass][k].MeanSquare());
     }
+    const auto [look, point] = example[pass];
+    mismatch.shift_px = InRaster(block, look, result.points.position_m[point], mismatch.shift_m);
     mismatch.unchecked = CountUnchecked(problem, sizes, result, mismatch, error_m);
     out.push_back(mismatch);
   }

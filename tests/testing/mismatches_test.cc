@@ -117,6 +117,9 @@ TEST(MismatchesOfManyLooksTest, AreLeftOutAsAWholeAndToldWithTheirSize) {
   Block& block = known.block;
   const std::vector<std::size_t> looks = TieLooks(block, 1);
   const double error_m = 30.0 * block.SigmaOf(looks[0]).range_m;
+  // A raster of pixels of which the error has 50, and of lines of a fiftieth of a second.
+  block.passes[1].image =
+      ImageGrid{.line_interval_s = 0.02, .near_range_m = 0.0, .range_spacing_m = error_m / 50.0};
   std::size_t planted = 0;
   for (std::size_t k = 0; k < looks.size(); k += 4, ++planted) {
     block.looks.range_m[looks[k]] += error_m;
@@ -138,6 +141,9 @@ TEST(MismatchesOfManyLooksTest, AreLeftOutAsAWholeAndToldWithTheirSize) {
   const double shift_m = std::stod(told->substr(told->find(lead) + lead.size()));
   // The mean of fourteen residuals, each with its own noise.
   EXPECT_NEAR(std::abs(shift_m), error_m, error_m / 30.0) << *told;
+  const std::size_t pixels = told->find(" m in range (");
+  ASSERT_NE(pixels, std::string::npos) << *told;
+  EXPECT_NEAR(std::abs(std::stod(told->substr(pixels + 13))), 50.0, 50.0 / 30.0) << *told;
 }
 
 }  // namespace
