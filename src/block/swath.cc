@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 
 #include "core/text.h"
 #include "core/threads.h"
@@ -135,7 +136,9 @@ OutsideByKind FindOutside(const Block& block,
 
 std::string Describe(const Block& block, SwathKind kind, const Outside& outside) {
   const SwathKey& key = kSwathKeys[static_cast<std::size_t>(kind)];
-  const auto shown = [&key](double value) { return Digits(value / key.factor, 4); };
+  const auto shown = [&key](double value) {  // four digits, never "1.3e+04"
+    return NumberText(std::strtod(Digits(value / key.factor, 4).c_str(), nullptr));
+  };
   const Pass& pass = block.passes[outside.pass];
   const bool one = outside.looks == 1;
   return std::to_string(outside.looks) + (one ? " look is" : " looks are") +
@@ -143,8 +146,7 @@ std::string Describe(const Block& block, SwathKind kind, const Outside& outside)
          " pass: " + (one ? "" : "the farthest, ") + "pass " + pass.id + " sees point " +
          std::string(block.points.ids[static_cast<std::uint32_t>(outside.point)]) + " at " +
          shown(outside.value) + ", where " + key.key + " = [" + shown(pass.swath->limits[0]) +
-         ", " + shown(pass.swath->limits[1]) +
-         "]; the limits are wrong, or the point or the path is";
+         ", " + shown(pass.swath->limits[1]) + "]; check limits, look side, point and path";
 }
 
 }  // namespace

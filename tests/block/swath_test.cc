@@ -133,8 +133,7 @@ TEST(LooksOutsideSwathTest, AreCountedByKindWithTheFarthestNamed) {  // hand ari
       found(),
       ElementsAre(
           "2 looks are outside the swath of their pass: the farthest, pass A sees point P60 "
-          "at 60, where swath_look_deg = [28, 42]; the limits are wrong, or the point or "
-          "the path is"));
+          "at 60, where swath_look_deg = [28, 42]; check limits, look side, point and path"));
   block.passes[1].swath = Swath{SwathKind::kSlantRange, {5000.0, 9000.0}};
   EXPECT_THAT(found(),
               ElementsAre(HasSubstr("2 looks are"),
@@ -143,6 +142,9 @@ TEST(LooksOutsideSwathTest, AreCountedByKindWithTheFarthestNamed) {  // hand ari
   // of a width of 4000 m the look at 4619 m is 0.095 outside: with 8000 m it is within the margin
   block.passes[1].swath = Swath{SwathKind::kSlantRange, {5000.0, 13000.0}};
   EXPECT_THAT(found(), ElementsAre(HasSubstr("2 looks are")));
+  block.passes[1].swath = Swath{SwathKind::kSlantRange, {13000.0, 25000.0}};
+  EXPECT_THAT(found(), testing::Contains(HasSubstr("where swath_range_m = [13000, 25000]")));
+  block.passes[1].swath.reset();
   used[2] = used[4] = 0;
   EXPECT_THAT(found(), IsEmpty());
 }
