@@ -168,7 +168,7 @@ ReliabilityFigures ReliabilityOf(const AdjustOptions& options, const AdjustResul
 
 double TauOf(double w, const AdjustResult& result) { return w / std::sqrt(result.sigma0_squared); }
 
-double AzimuthRate_mps(const Block& block, std::uint64_t look, const Eigen::Vector3d& p_m) {
+double AlongRate_mps(const Block& block, std::uint64_t look, const Eigen::Vector3d& p_m) {
   const auto motion = block.passes[block.looks.pass[look]].path.At(block.looks.time_s[look]);
   if (!motion) return kNotGiven;
   const TimeRates rates = LookTimeRates(
@@ -179,7 +179,7 @@ double AzimuthRate_mps(const Block& block, std::uint64_t look, const Eigen::Vect
 double AzimuthSigma_m(const Block& block, std::uint64_t look, const Eigen::Vector3d& p_m) {
   const LookSigma sigma = block.SigmaOf(look);
   if (sigma.azimuth_unit == AzimuthUnit::kMetres) return sigma.azimuth;
-  if (!block.MeasuresDoppler(look)) return sigma.azimuth * AzimuthRate_mps(block, look, p_m);
+  if (!block.MeasuresDoppler(look)) return sigma.azimuth * AlongRate_mps(block, look, p_m);
   const auto motion = block.passes[block.looks.pass[look]].path.At(block.looks.time_s[look]);
   return motion ? block.ApproximateAzimuthSigma_m(look, motion->velocity_mps.norm()) : kNotGiven;
 }

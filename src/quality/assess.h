@@ -61,9 +61,9 @@ class BlunderSizes {
 
 /// Metres along track at the target for a second of the time of a look, its point at `p_m`; NaN
 /// where the time is not on the path.
-[[nodiscard]] double AzimuthRate_mps(const Block& block,
-                                     std::uint64_t look,
-                                     const Eigen::Vector3d& p_m);
+[[nodiscard]] double AlongRate_mps(const Block& block,
+                                   std::uint64_t look,
+                                   const Eigen::Vector3d& p_m);
 
 /// Standard deviation of a look's azimuth in metres at the target; where it is given in seconds by
 /// the azimuth rate at `p_m` on the nominal path: to the relative change of the velocity by the

@@ -153,7 +153,7 @@ std::array<double, 2> InRaster(const Block& block,
   if (!image) return {kNotGiven, kNotGiven};
   const RadarCoordinates at{block.looks.time_s[look], block.looks.range_m[look]};
   const double pixel_m = SlantRangePerPixel_m(*image, at).value_or(kNotGiven);
-  const double line_m = AzimuthRate_mps(block, look, p_m) * image->line_interval_s;
+  const double line_m = AlongRate_mps(block, look, p_m) * image->line_interval_s;
   return {shift_m[0] / pixel_m, shift_m[1] / line_m};
 }
 

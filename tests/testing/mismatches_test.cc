@@ -118,8 +118,9 @@ TEST(MismatchesOfManyLooksTest, AreLeftOutAsAWholeAndToldWithTheirSize) {
   const std::vector<std::size_t> looks = TieLooks(block, 1);
   const double error_m = 30.0 * block.SigmaOf(looks[0]).range_m;
   // A raster of pixels of which the error has 50, and of lines of a fiftieth of a second.
-  block.passes[1].image =
-      ImageGrid{.line_interval_s = 0.02, .near_range_m = 0.0, .range_spacing_m = error_m / 50.0};
+  ImageGrid& image = block.passes[1].image.emplace();
+  image.line_interval_s = 0.02;
+  image.range_spacing_m = error_m / 50.0;
   std::size_t planted = 0;
   for (std::size_t k = 0; k < looks.size(); k += 4, ++planted) {
     block.looks.range_m[looks[k]] += error_m;
