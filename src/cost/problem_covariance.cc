@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <optional>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -43,7 +44,7 @@ constexpr std::size_t kMaxPairs = std::size_t{1} << 22U;
 struct Estimated {
   double* values = nullptr;
   bool is_point = false;
-  std::size_t number = 0;  ///< as messages count it: among the points given, or all blocks
+  std::size_t number = 0;  ///< as messages count it: among the points given, or the others
   int ambient = 0, tangent = 0;
   int begin = 0;       ///< first column of the Jacobian
   MatrixXd plus = {};  ///< ambient x tangent; empty without a manifold
@@ -121,10 +122,30 @@ struct ProblemCovariance::Impl {
     name = nullptr;
   }
 
-  /// The blocks in the order of the Jacobian: points, then the others as the problem has them.
+  /// All blocks in the order in which the residuals name them; those that none names last. That of
+  /// the problem is the order of their addresses, which differs from run to run.
+  static std::vector<double*> InOrderOfUse(const ceres::Problem& problem) {
+    std::vector<ceres::ResidualBlockId> residuals;
+    problem.GetResidualBlocks(&residuals);
+    std::vector<double*> out, blocks;
+    std::unordered_set<const double*> listed;
+    for (const ceres::ResidualBlockId residual : residuals) {
+      problem.GetParameterBlocksForResidualBlock(residual, &blocks);
+      for (double* block : blocks) {
+        if (listed.insert(block).second) out.push_back(block);
+      }
+    }
+    problem.GetParameterBlocks(&blocks);
+    for (double* block : blocks) {
+      if (listed.insert(block).second) out.push_back(block);
+    }
+    return out;
+  }
+
+  /// The blocks in the order of the Jacobian: points, then the others as the residuals name
+  /// them.
   void List(ceres::Problem& problem, std::span<double* const> asked_points) {
-    std::vector<double*> all;
-    problem.GetParameterBlocks(&all);
+    const std::vector<double*> all = InOrderOfUse(problem);
     for (double* block : all) place_of.emplace(block, kConstant);
     std::unordered_map<const double*, std::size_t> given;
     for (std::size_t i = 0; i < asked_points.size(); ++i) {
@@ -140,9 +161,13 @@ struct ProblemCovariance::Impl {
       Add(problem, {.values = asked_points[i], .is_point = true, .number = i});
     }
     point_count = blocks.size();
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      if (given.contains(all[i]) || problem.IsParameterBlockConstant(all[i])) continue;
-      Add(problem, {.values = all[i], .number = i});
+    std::size_t number = 0;
+    for (double* block : all) {
+      if (given.contains(block)) continue;
+      if (!problem.IsParameterBlockConstant(block)) {
+        Add(problem, {.values = block, .number = number});
+      }
+      ++number;
     }
     for (const auto& [block, place] : place_of) {
       if (place == kConstant) constant_size.emplace(block, Sizes(problem, block));

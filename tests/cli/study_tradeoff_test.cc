@@ -141,7 +141,7 @@ TEST_F(StudyTradeoffTest, GoesOnAfterAnInterruptionWithTheRowsItHas) {
 }
 
 TEST_F(StudyTradeoffTest, MeasuresTheRowsThatAreAskedForByTheClockThatIs) {
-  ASSERT_EQ(Study({"--set", "only=[\"model.leberl\", \"solver\"]"}).exit_code, 3);
+  ASSERT_EQ(Study({"--set", "only=[\"model.leberl\", \"speed\"]"}).exit_code, 3);
   const test::ProgramRun run =
       Study({"--set", "only=[\"model\"]", "--set", "only_points=[60]", "--set", "clock=cpu"});
   ASSERT_EQ(run.exit_code, 0) << run.err;

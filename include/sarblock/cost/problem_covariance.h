@@ -28,7 +28,7 @@ struct ProblemCovarianceOptions {
   bool apply_loss_function = true;
   int threads = 0;  ///< of the Jacobian and of what is made of it; 0: all cores
   /// What messages call a parameter block. Without it, and where it returns nothing: "point 12" or
-  /// "block 3", the place in `points` or among the other blocks of the problem.
+  /// "block 3", the place in `points` or, of the others, in the order in which residuals name them.
   std::function<std::string(const double* block)> name;
 };
 
