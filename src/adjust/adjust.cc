@@ -115,7 +115,8 @@ BlockCheck CheckBlock(const Block& block, const AdjustOptions& options, Progress
   for (const Finding& finding : DescribePoints(problem, defects)) {
     check.findings.push_back(finding.text);
   }
-  for (std::string& text : FindLooksOutsideSwath(block, start.state.start_m, problem.look_used)) {
+  // Where points are known: paths with errors intersect them far from where they are.
+  for (std::string& text : FindLooksOutsideSwath(block, block.points.given_m, problem.look_used)) {
     check.findings.push_back(std::move(text));
   }
   ReducedSystem system(problem);
