@@ -113,12 +113,12 @@ std::vector<std::string> DesignKeys() {
 // ---- the rows
 
 const std::vector<StudyColumn>& DesignColumns() {
-  using Kind = StudyCellKind;
-  static const std::vector<StudyColumn> columns = {{"axis_1", Kind::kText},
-                                                   {"value_1", Kind::kText},
+  using Cell = StudyCellKind;
+  static const std::vector<StudyColumn> columns = {{"axis_1", Cell::kText},
+                                                   {"value_1", Cell::kText},
                                                    {"number_1"},
-                                                   {"axis_2", Kind::kText},
-                                                   {"value_2", Kind::kText},
+                                                   {"axis_2", Cell::kText},
+                                                   {"value_2", Cell::kText},
                                                    {"number_2"},
                                                    {"median_sigma_along_m"},
                                                    {"median_sigma_across_m"},
@@ -126,18 +126,18 @@ const std::vector<StudyColumn>& DesignColumns() {
                                                    {"max_sigma_along_m"},
                                                    {"max_sigma_across_m"},
                                                    {"max_sigma_up_m"},
-                                                   {"worst_point", Kind::kText},
-                                                   {"passes", Kind::kInteger},
-                                                   {"control_points", Kind::kInteger},
-                                                   {"points", Kind::kInteger},
+                                                   {"worst_point", Cell::kText},
+                                                   {"passes", Cell::kInteger},
+                                                   {"control_points", Cell::kInteger},
+                                                   {"points", Cell::kInteger},
                                                    {"looks_per_point"},
                                                    {"redundancy"},
                                                    {"flight_km"},
                                                    {"cost"},
-                                                   {"reached", Kind::kInteger},
-                                                   {"pareto", Kind::kInteger},
-                                                   {"determined", Kind::kInteger},
-                                                   {"message", Kind::kText}};
+                                                   {"reached", Cell::kInteger},
+                                                   {"pareto", Cell::kInteger},
+                                                   {"determined", Cell::kInteger},
+                                                   {"message", Cell::kText}};
   return columns;
 }
 
