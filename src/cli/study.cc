@@ -652,8 +652,8 @@ std::string PlotCost(const DesignStudy& study, const StudyTable& table) {
 StudyAnswer ConcludeDesign(const DesignStudy& study, const StudyTable& table) {
   StudyAnswer answer;
   answer.words = DescribeDesign(study, table);
-  answer.tables = DesignTables(study, table);
   const StudyTable marked = MarkPareto(study, table);
+  answer.tables = DesignTables(study, marked);
   if (study.axes.size() == 1) {
     answer.files.emplace_back("design_curve.svg", PlotSweep(study, marked));
   } else {

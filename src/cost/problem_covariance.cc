@@ -46,7 +46,6 @@ struct Estimated {
   bool is_point = false;
   std::size_t number = 0;  ///< as messages count it: among the points given, or the others
   int ambient = 0, tangent = 0;
-  int begin = 0;       ///< first column of the Jacobian
   MatrixXd plus = {};  ///< ambient x tangent; empty without a manifold
 };
 
@@ -182,7 +181,6 @@ struct ProblemCovariance::Impl {
     const auto [ambient, tangent] = Sizes(problem, block.values);
     block.ambient = ambient;
     block.tangent = tangent;
-    block.begin = columns;
     if (problem.HasManifold(block.values)) {
       RowMajor plus(ambient, tangent);
       if (!problem.GetManifold(block.values)->PlusJacobian(block.values, plus.data())) {
@@ -516,17 +514,15 @@ struct ProblemCovariance::Impl {
   /// its own residuals.
   struct Combination {
     std::span<const int> others;
-    int self = 0;  ///< the only one of another block
     MatrixXd gain;
   };
+  /// `self`: the place among the others, of one that is no point.
   [[nodiscard]] Combination CombinationOf(int place, const int* self) const {
     const auto p = static_cast<std::size_t>(place);
     const Index size = blocks[p].tangent;
-    if (p >= point_count) return {std::span(self, 1), *self, MatrixXd::Identity(size, size)};
+    if (p >= point_count) return {std::span(self, 1), MatrixXd::Identity(size, size)};
     const Point& point = points[p];
-    return {MetBy(point),
-            *self,
-            Eigen::Map<const MatrixXd>(gains.data() + point.gain, size, point.width)};
+    return {MetBy(point), Eigen::Map<const MatrixXd>(gains.data() + point.gain, size, point.width)};
   }
 
   /// C over these blocks; nothing where one of its pairs is not in the pattern.

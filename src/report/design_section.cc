@@ -64,17 +64,32 @@ PageFigure SweepFigure(const StudyCsv& table) {
           ChartJson("design-sweep", chart)};
 }
 
+/// The column that is traded for cost, and what it is: "worst point, sigma up [m]".
+struct Traded {
+  std::string column, words;
+};
+Traded TradedOf(const StudyCsv& table) {
+  Traded out{table.Text(0, "traded"), ""};
+  if (out.column.empty()) out.column = "max_sigma_up_m";
+  const std::size_t begin = out.column.find("sigma_") + 6;
+  out.words = fmt::format("{}, sigma {} [m]",
+                          out.column.starts_with("max") ? "worst point" : "median",
+                          out.column.substr(begin, out.column.size() - begin - 2));
+  return out;
+}
+
 PageFigure CostFigure(const StudyCsv& table) {
+  const Traded traded = TradedOf(table);
   XyChart chart;
   chart.x.label = "cost";
-  chart.y.label = "worst point, sigma up [m]";
+  chart.y.label = traded.words;
   ChartSeries front{"nothing is cheaper and better", "points", "blue", {}, {}, {}, {}, {}};
   ChartSeries other{"others", "points", "grey", {}, {}, {}, {}, {}};
   for (std::size_t r = 0; r < table.rows.size(); ++r) {
     if (!table.Determined(r)) continue;
     ChartSeries& series = table.Text(r, "pareto") == "1" ? front : other;
     series.x.push_back(table.Number(r, "cost"));
-    series.y.push_back(table.Number(r, "max_sigma_up_m"));
+    series.y.push_back(table.Number(r, traded.column));
     series.names.push_back(CaseOf(table, r));
   }
   constexpr std::size_t kMaxWritten = 6;  // more names hide each other
@@ -85,17 +100,18 @@ PageFigure CostFigure(const StudyCsv& table) {
   FitY(&chart);
   return {"design-cost",
           "Accuracy against cost",
-          "Blue: nothing is cheaper and, in the quantity of the goals, better.",
+          "Blue: nothing is cheaper and better.",
           "wide",
           ChartJson("design-cost", chart)};
 }
 
 constexpr std::size_t kMaxShownCases = 800;
 
-/// The worst point of every case: values of the first axis down, of the second one to the right.
+/// What is traded, of every case: values of the first axis down, of the second one to the right.
 PageTable MatrixOf(const StudyCsv& table) {
+  const Traded traded = TradedOf(table);
   PageTable out;
-  out.title = "Worst point, sigma up [m]";
+  out.title = Capital(traded.words);
   const std::vector<std::string> down = table.Values("value_1"), right = table.Values("value_2");
   out.columns.push_back({table.Text(0, "axis_1"), false});
   for (const std::string& value : right) {
@@ -108,7 +124,7 @@ PageTable MatrixOf(const StudyCsv& table) {
       if (table.Text(r, "value_1") != value || !table.Determined(r)) continue;
       const auto at = std::find(right.begin(), right.end(), table.Text(r, "value_2"));
       row[static_cast<std::size_t>(at - right.begin()) + 1] =
-          Shown(table.Number(r, "max_sigma_up_m"), 3);
+          Shown(table.Number(r, traded.column), 3);
     }
     out.rows.push_back(std::move(row));
   }

@@ -207,6 +207,7 @@ const std::vector<StudyKind>& Kinds() {
                                               {"flight_km"},
                                               {"cost"},
                                               {"reached"},
+                                              {"traded"},
                                               {"pareto"},
                                               {"determined"},
                                               {"message"}}},

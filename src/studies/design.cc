@@ -9,7 +9,9 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "core/text.h"
@@ -135,6 +137,7 @@ const std::vector<StudyColumn>& DesignColumns() {
                                                    {"flight_km"},
                                                    {"cost"},
                                                    {"reached", Cell::kInteger},
+                                                   {"traded", Cell::kText},
                                                    {"pareto", Cell::kInteger},
                                                    {"determined", Cell::kInteger},
                                                    {"message", Cell::kText}};
@@ -246,6 +249,7 @@ std::vector<StudyRow> ComputeDesign(const DesignStudy& study, std::size_t index)
         .Set("value" + end, choice.value)
         .Set("number" + end, choice.number);
   }
+  row.Set("traded", DesignQuantity(study));
   const StudyCase& of = study.cases[index];
   AdjustOptions options = of.adjust;
   options.threads = AvailableCores();  // what the caller's ThreadLimit allows
@@ -299,17 +303,27 @@ StudyTable MarkPareto(const DesignStudy& study, const StudyTable& table) {
                    table.columns().end(),
                    [](const StudyColumn& known) { return known.name == "pareto"; }) -
       table.columns().begin());
-  const auto dominates = [&](std::size_t a, std::size_t b) {
-    const double cost_a = table.Number(a, "cost"), cost_b = table.Number(b, "cost");
-    const double sigma_a = table.Number(a, quantity), sigma_b = table.Number(b, quantity);
-    return cost_a <= cost_b && sigma_a <= sigma_b && (cost_a < cost_b || sigma_a < sigma_b);
+  // By cost, the more accurate first: what is no more accurate than a cheaper one is beaten.
+  struct Case {
+    double cost, sigma;
+    std::size_t row;
   };
+  std::vector<Case> determined;
   for (std::size_t row = 0; row < rows.size(); ++row) {
-    bool best = table.Number(row, "determined") == 1.0;
-    for (std::size_t other = 0; best && other < rows.size(); ++other) {
-      best = !(table.Number(other, "determined") == 1.0 && dominates(other, row));
-    }
-    rows[row][column] = static_cast<std::int64_t>(best ? 1 : 0);
+    rows[row][column] = std::int64_t{0};
+    if (!IsDetermined(table, row)) continue;
+    determined.push_back({table.Number(row, "cost"), table.Number(row, quantity), row});
+  }
+  std::sort(determined.begin(), determined.end(), [](const Case& a, const Case& b) {
+    return std::tie(a.cost, a.sigma) < std::tie(b.cost, b.sigma);
+  });
+  double best_sigma = std::numeric_limits<double>::infinity(), best_cost = best_sigma;
+  for (const Case& of : determined) {
+    const bool equal = of.sigma == best_sigma && of.cost == best_cost;
+    if (!(of.sigma < best_sigma) && !equal) continue;
+    best_sigma = of.sigma;
+    best_cost = of.cost;
+    rows[of.row][column] = std::int64_t{1};
   }
   return {table.columns(), std::move(rows)};
 }
@@ -526,7 +540,7 @@ std::vector<std::string> DesignTables(const DesignStudy& study, const StudyTable
     AddMatrix(study, table, &lines);
   }
   if (!study.goals.empty()) lines.emplace_back("*: reaches all goals");
-  AddPareto(study, MarkPareto(study, table), &lines);
+  AddPareto(study, table, &lines);
   return lines;
 }
 

@@ -87,8 +87,8 @@ struct DesignFile {
 /// more (one of both really); empty without prices.
 [[nodiscard]] StudyTable MarkPareto(const DesignStudy& study, const StudyTable& table);
 
-/// For a terminal: the matrix of two axes or the table of one, and the cases of the Pareto set by
-/// cost, in lines of at most 80 columns where labels allow.
+/// Of a table with `pareto`. For a terminal: the matrix of two axes or the table of one, and the
+/// cases of the Pareto set by cost, in lines of at most 80 columns where labels allow.
 [[nodiscard]] std::vector<std::string> DesignTables(const DesignStudy& study,
                                                     const StudyTable& table);
 

@@ -147,7 +147,7 @@ TEST(DesignTest, ParetoAndGoalsFollowTheNumbers) {
               ElementsAre("3 of 4 cases reach all goals; the cheapest is range noise 0.5, "
                           "control.count 4: worst point up 18.5 m, goal 20 m: reached",
                           "the best, worst point up 18.5 m, is range noise 0.5, control.count 4"));
-  const std::vector<std::string> lines = DesignTables(file.study, table);
+  const std::vector<std::string> lines = DesignTables(file.study, marked);
   EXPECT_THAT(lines, Contains("0.5   20.1    18.5*"));
   EXPECT_THAT(lines, Contains("           100 EUR     20.1 m   range noise 0.5, control.count 2"));
   for (const std::string& line : lines) EXPECT_LE(line.size(), 80U) << line;

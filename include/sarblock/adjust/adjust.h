@@ -53,8 +53,8 @@ namespace sarblock {
 /// intersected from its measurements if it has some. Looks without measured time or range get
 /// those of the geometry; with `looks` empty (Looks{} is enough) every pass takes a look at each
 /// point that it sees with its squint: on its look side, within its strip's time, its path and its
-/// swath. Passes without a swath see far more than an image shows: the result warns of it. Throws what Adjust() does, and InputError for more
-/// positions than points.
+/// swath. Passes without a swath see far more than an image shows: the result warns of it. Throws
+/// what Adjust() does, and InputError for more positions than points.
 [[nodiscard]] AdjustResult Predict(const Block& block,
                                    const AdjustOptions& options,
                                    const std::vector<Eigen::Vector3d>& positions_m,
