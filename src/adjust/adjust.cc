@@ -247,6 +247,7 @@ AdjustResult AdjustSimplified(const Block& block,
 void RequireUsable(const Block& block, const PointPairs& pairs, LookUse use) {
   Validate(block);
   RequireAboveGround(block);
+  RequireBodyFixedStates(block);
   const Looks& looks = block.looks;
   for (std::size_t i = 0; use == LookUse::kMeasured && i < looks.size(); ++i) {
     if (looks.rejected(i) || !(std::isnan(looks.time_s[i]) || std::isnan(looks.range_m[i])))

@@ -64,6 +64,20 @@ std::string AlternationRemark(const Pass& pass) {
   return alternation ? "pass " + pass.id + ": " + Describe(*alternation) : "";
 }
 
+/// Nothing where it is not in inertial axes, or cannot be seen.
+std::optional<InertialMotion> InertialMotionOf(const Block& block, const Pass& pass) {
+  if (block.frame.kind() != FrameKind::kGeocentric) return std::nullopt;
+  const Body* body = FindBody(block.frame.ellipsoid().name);
+  return body == nullptr ? std::nullopt : FindInertialMotion(pass.RecordedStates(), *body);
+}
+
+std::string InertialRemark(const Block& block, const Pass& pass) {
+  const auto motion = InertialMotionOf(block, pass);
+  if (!motion) return "";
+  return "pass " + pass.id + ": " + Describe(*motion) +
+         " (body-fixed states are needed, unless the body does not turn in this block)";
+}
+
 // ---- what a pass sees
 
 /// A look at a known point, read on the nominal path at its measured time.
@@ -270,6 +284,33 @@ std::string HeightRemark(const Block& block, const Pass& pass, const PassLooks& 
          ": a unit, or another frame or ellipsoid";
 }
 
+// ---- the frame
+
+/// Coordinates that only a map projection has: far from its origin beside their own extent.
+std::string ProjectionRemark(const Block& block) {
+  if (block.frame.kind() != FrameKind::kLocal) return "";
+  constexpr double kMinEast_m = 100e3, kMaxEast_m = 61e6, kMinNorth_m = 100e3, kMaxNorth_m = 10e6;
+  constexpr double kFar = 4.0;
+  Eigen::AlignedBox2d extent;
+  for (const Pass& pass : block.passes) {
+    for (const StateVector& state : pass.path.states()) extent.extend(state.position_m.head<2>());
+  }
+  for (const KnownPosition& known : block.points.known) {
+    const Eigen::Vector3d& p_m = block.points.given_m[known.point];
+    if (p_m.allFinite()) extent.extend(p_m.head<2>());
+  }
+  if (extent.isEmpty()) return "";
+  const Eigen::Vector2d &least = extent.min(), &most = extent.max();
+  const bool inside = least.x() > kMinEast_m && most.x() < kMaxEast_m && least.y() > kMinNorth_m &&
+                      most.y() < kMaxNorth_m;
+  if (!inside || extent.center().norm() < kFar * extent.sizes().norm()) return "";
+  return "the coordinates are like those of a map projection (x " + Km(least.x()) + " to " +
+         Km(most.x()) + ", y " + Km(least.y()) + " to " + Km(most.y()) +
+         "), and the axes of kind = \"local\" are straight: a map's scale (UTM: up to 0.4 m in a "
+         "kilometre) and the curved ground (2 m in 5 km, 31 m in 20 km) would be errors; a "
+         "geocentric frame has none";
+}
+
 // ---- single known points
 
 std::string PointsRemark(const Block& block,
@@ -315,12 +356,14 @@ std::vector<std::string> ExaminePlausibility(const Block& block) {
   const auto add = [&remarks](std::string remark) {
     if (!remark.empty()) remarks.push_back(std::move(remark));
   };
+  add(ProjectionRemark(block));
   std::vector<PassLooks> looks = LooksByPass(block);
   std::vector<Medians> medians(looks.size());
   for (std::size_t i = 0; i < block.passes.size(); ++i) {
     const Pass& pass = block.passes[i];
     add(VelocityRemark(pass));
     add(AlternationRemark(pass));
+    add(InertialRemark(block, pass));
     add(HeightRemark(block, pass, looks[i]));
     add(TurnRemark(block, pass, looks[i]));
     if (looks[i].known.empty()) continue;
@@ -436,6 +479,28 @@ void RequireAboveGround(const Block& block) {
                            ", deep below the ground; geocentric coordinates of this body are "
                            "needed, or kind = \"local\"");
     }
+  }
+}
+
+void RequireBodyFixedStates(const Block& block) {
+  constexpr double kOfTurning = 1.0 / 3.0;
+  std::vector<PassLooks> looks;
+  for (std::size_t i = 0; i < block.passes.size(); ++i) {
+    const auto motion = InertialMotionOf(block, block.passes[i]);
+    if (!motion) continue;
+    if (looks.empty()) looks = LooksByPass(block);
+    const std::vector<KnownLook>& known = looks[i].known;
+    if (known.empty()) continue;
+    const StateVector& state = block.passes[i].path.states().front();
+    const double turned_mps = std::hypot(state.position_m.x(), state.position_m.y()) *
+                              FindBody(block.frame.ellipsoid().name)->rotation;
+    const double turned_m =
+        std::abs(turned_mps) / state.velocity_mps.norm() * known.front().range_m;
+    if (!(std::abs(MediansOf(known).ahead_m) > kOfTurning * turned_m)) continue;
+    throw InputError("pass " + block.passes[i].id,
+                     Describe(*motion) +
+                         ", and its looks do not see its known points from these: "
+                         "body-fixed positions and velocities are needed");
   }
 }
 

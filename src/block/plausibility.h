@@ -15,6 +15,8 @@ namespace sarblock {
 /// and pass. Compared are
 ///   - the velocities of a path and the differences of its positions;
 ///   - every second state and the others;
+///   - the acceleration of a satellite and the attraction of its body;
+///   - the coordinates of a local frame and those of map projections;
 ///   - the looks and turns of the path;
 ///   - the height of flight and the ranges (no range is shorter than the height above the ground:
 ///     the ellipsoid, or in a local frame the known points);
@@ -35,6 +37,12 @@ namespace sarblock {
 /// Throws InputError naming a pass of a geocentric frame whose path runs nearer to the centre than
 /// half the smaller axis of the ellipsoid: local coordinates, or another body.
 void RequireAboveGround(const Block& block);
+
+/// Throws InputError naming a pass of a geocentric frame whose states are in inertial axes
+/// (FindInertialMotion) and whose known points lie where these axes do not let its looks see them:
+/// off by more than a third of what the rotation of the body turns its cones by. A block simulated
+/// about a body that does not turn agrees with its known points and is a good one.
+void RequireBodyFixedStates(const Block& block);
 
 /// Duplicate looks of a block: times and ranges equal within kEqual of their standard deviations,
 /// as no two measurements are.

@@ -243,6 +243,7 @@ class Diagnosing {
     }
     Hypotheses of_control;
     AddControlMistakes(facts, &of_control);
+    AddShiftedControl(facts, &of_control);
     // Far from a solution a linearisation says nothing, and known points show what it could.
     const bool scored = IsNear(before) || !AllSeen(passes);
     Hypotheses tried = scored ? ScoredMistakes(facts, progress_) : Hypotheses{};
@@ -279,6 +280,7 @@ class Diagnosing {
     Try(before, Screen(std::move(all), passes), kPartForRows, trials, &candidates);
     Try(before, std::move(guesses), kPartForGuessed, trials, &candidates);
     all = {};
+    if (trials->work().Allows(kPartForSigmas)) AddControlSigma(facts, trials, &all);
     AddSigmaMistakes(facts, &all);
     out_.hypotheses += static_cast<int>(all.size());
     Try(before, std::move(all), kPartForSigmas, trials, &candidates);

@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "core/text.h"
 #include "mistake.h"
 #include "mistakes.h"
 #include "normals/reduced_system.h"
@@ -59,6 +60,17 @@ double SigmaOfTime(const PassPredictions& pass, const Facts& facts) {
     return azimuth * pass.part.ApproximateAzimuthUnit_m(0, pass.speed_mps) / pass.speed_mps;
   }
   return sigma.azimuth_unit == AzimuthUnit::kSeconds ? azimuth : azimuth / pass.speed_mps;
+}
+
+/// What brings a time to the path that is a period before or after it; 0 where neither does, or it
+/// is on the path.
+double WrapOf(const FlightPath& path, double time_s, double period_s) {
+  const auto on_path = [&path](double t) { return t >= path.start_s() && t <= path.end_s(); };
+  if (on_path(time_s)) return 0.0;
+  for (const double shift_s : {period_s, -period_s}) {
+    if (on_path(time_s + shift_s)) return shift_s;
+  }
+  return 0.0;
 }
 
 }  // namespace
@@ -145,6 +157,79 @@ const std::vector<KnownNumber>& TimeFactors() {
   return factors;
 }
 
+/// A clock that runs too fast about the time at which it is right, from `rate` on.
+Hypothesis DriftingTime(const Names& passes, double rate, double right_s, double step) {
+  Hypothesis out;
+  out.kind = MistakeKind::kTime;
+  out.cause = "time.drift";
+  out.parameters = 2;
+  out.passes = passes;
+  out.undo = [passes, right_s](Block* block, double value) {
+    ForLooks(*block, passes, [&](std::size_t i) {
+      double& time_s = block->looks.time_s[i];
+      time_s = right_s + (time_s - right_s) / (1.0 + value);
+    });
+  };
+  out.free = true;
+  out.value = rate;
+  out.step = step;
+  out.unit = "1";
+  const auto in_ppm = [](const Size& size) {
+    return SizeOf(1e6 * std::abs(size.value), 1e6 * size.sigma, "ppm").text;
+  };
+  out.says = [passes, in_ppm](const Size& size) {
+    return "the clock of the times of " + PassWords(passes) + " runs " + in_ppm(size) +
+           (size.value > 0.0 ? " too fast" : " too slow");
+  };
+  out.change = [passes, right_s](const Size& size) {
+    return "observations.csv: time_s " + PassesPhrase(passes) + " less " + Short(right_s) +
+           ", divided by " + Digits(1.0 + size.value, 8) + ", plus " + Short(right_s);
+  };
+  return out;
+}
+
+/// Looks of a pass that a day or a week away lie on its path.
+Hypothesis WrappedTime(const std::string& pass, double period_s) {
+  Hypothesis out;
+  out.kind = MistakeKind::kTime;
+  out.cause = "time.wrap";
+  out.parameters = 0;
+  out.passes = {pass};
+  out.undo = [pass, period_s](Block* block, double) {
+    ForLooks(*block, {pass}, [&](std::size_t i) {
+      const FlightPath& path = block->passes[block->looks.pass[i]].path;
+      block->looks.time_s[i] += WrapOf(path, block->looks.time_s[i], period_s);
+    });
+  };
+  const std::string often = period_s > 86400.0 ? "every week" : "at midnight";
+  out.says = [pass, often](const Size&) {
+    return "the times of some looks of pass " + pass + " begin again " + often;
+  };
+  out.change = [pass, period_s](const Size&) {
+    return "observations.csv: time_s of these looks of pass " + pass + " plus or minus " +
+           Short(period_s);
+  };
+  out.screened = true;
+  out.order = Hypothesis::kReported;
+  return out;
+}
+
+void AddWraps(const Block& block, Hypotheses* out) {
+  for (std::uint32_t pass = 0; pass < block.passes.size(); ++pass) {
+    const std::string& id = block.passes[pass].id;
+    const FlightPath& path = block.passes[pass].path;
+    for (const double period_s : {86400.0, 604800.0}) {
+      bool on_path = false, wrapped = false;
+      ForLooks(block, {id}, [&](std::size_t i) {
+        const double time_s = block.looks.time_s[i];
+        on_path = on_path || (time_s >= path.start_s() && time_s <= path.end_s());
+        wrapped = wrapped || WrapOf(path, time_s, period_s) != 0.0;
+      });
+      if (on_path && wrapped) out->push_back(WrappedTime(id, period_s));
+    }
+  }
+}
+
 bool Near(double value, double wanted, double part) {
   return std::abs(value - wanted) < part * std::abs(wanted);
 }
@@ -155,6 +240,12 @@ void AddOf(const Names& passes, const Times& times, double sigma_s, Hypotheses* 
   out->push_back(ConstantTime(passes, Median(times.late_s), sigma_s));
   if (Near(line.slope, -1.0, 0.2)) {
     out->push_back(Reversed(passes, line.offset, sigma_s));
+  }
+  constexpr double kLeastDrift = 1e-4, kMostDrift = 0.2;
+  const double drift = line.slope - 1.0;
+  if (std::abs(drift) > kLeastDrift && std::abs(drift) < kMostDrift) {
+    const auto [first, last] = std::minmax_element(times.true_s.begin(), times.true_s.end());
+    out->push_back(DriftingTime(passes, drift, -line.offset / drift, sigma_s / (*last - *first)));
   }
   for (const KnownNumber& factor : TimeFactors()) {
     if (Near(line.slope, factor.value, 0.2)) out->push_back(ScaledTime(passes, factor));
@@ -187,6 +278,7 @@ void AddTimeMistakes(const Facts& facts, Hypotheses* out) {
     }
   }
   if (facts.passes.size() > 1) AddOf({}, all, sigma_s, out);
+  AddWraps(facts.sample.block, out);
 }
 
 namespace {
@@ -459,7 +551,7 @@ Hypothesis Wavelength(const Names& passes, const KnownNumber& factor) {
 
 /// Sines of the squints at which known points are seen and that the looks give.
 struct Squints {
-  std::vector<double> predicted_sine, given_sine, ratio, off_rad;
+  std::vector<double> ratio, range_m, off_rad;
   bool doppler = false, given = false;
 };
 
@@ -477,12 +569,51 @@ Squints SquintsOf(const PassPredictions& pass) {
       given_sine =
           doppler ? 0.5 * pass.part.passes[0].wavelength_m * cone / pass.speed_mps : std::sin(cone);
     }
-    out.predicted_sine.push_back(predicted.ahead_sine);
-    out.given_sine.push_back(given_sine);
     if (predicted.ahead_sine != 0.0) out.ratio.push_back(given_sine / predicted.ahead_sine);
+    out.range_m.push_back(predicted.range_m);
     out.off_rad.push_back(std::asin(std::clamp(given_sine, -1.0, 1.0)) -
                           std::asin(predicted.ahead_sine));
   }
+  return out;
+}
+
+/// Looks at native Doppler, whose squint changes with range, given as if it did not: from this
+/// change on [rad per m]. The constant part is that of the known points.
+Hypothesis NativeDoppler(const Names& passes, const Squints& squints, double slope, double step) {
+  Hypothesis out;
+  out.kind = MistakeKind::kCone;
+  out.cause = "cone.native";
+  out.passes = passes;
+  out.parameters = 2;
+  out.undo = [passes, squints](Block* block, double per_m) {
+    std::vector<double> left_rad;
+    for (std::size_t k = 0; k < squints.off_rad.size(); ++k) {
+      left_rad.push_back(squints.off_rad[k] - per_m * squints.range_m[k]);
+    }
+    const double constant_rad = Median(std::move(left_rad));
+    Looks& looks = block->looks;
+    if (looks.cone.empty()) looks.cone.assign(looks.size(), 0.0);
+    ForLooks(*block, passes, [&](std::size_t i) {
+      if ((looks.flags[i] & Looks::kDoppler) != 0) return;
+      looks.cone[i] -= constant_rad + per_m * looks.range_m[i];
+    });
+  };
+  out.free = true;
+  out.value = slope;
+  out.step = step;
+  out.unit = "rad/m";
+  out.says = [passes](const Size& size) {
+    const double per_km = -1e3 * kDegPerRad;
+    return PassWords(passes) + (passes.size() == 1 ? " looks" : " look") +
+           " with a squint that changes by " +
+           SizeOf(per_km * size.value, std::abs(per_km) * size.sigma, "deg").text +
+           " in a kilometre of range and that squint_deg leaves out (native Doppler, read as that "
+           "of an image of zero Doppler)";
+  };
+  out.change = [passes](const Size&) {
+    return "observations.csv: squint_deg or doppler_hz " + PassesPhrase(passes) +
+           " from the Doppler centroid of the image";
+  };
   return out;
 }
 
@@ -503,7 +634,37 @@ void AddOf(const Names& passes, const Squints& squints, Hypotheses* out) {
     }
   }
   if (squints.doppler || squints.off_rad.size() < 3) return;
-  out->push_back(SquintBias(passes, Median(squints.off_rad), 1e-6));
+  constexpr double kSquintStep_rad = 1e-6;
+  out->push_back(SquintBias(passes, Median(squints.off_rad), kSquintStep_rad));
+  constexpr std::size_t kFewest = 5;
+  if (squints.off_rad.size() < kFewest) return;
+  const Line line = RobustLine(squints.range_m, squints.off_rad);
+  const auto [nearest, farthest] =
+      std::minmax_element(squints.range_m.begin(), squints.range_m.end());
+  if (!(*farthest > *nearest)) return;
+  const double across_m = *farthest - *nearest;
+  out->push_back(NativeDoppler(passes, squints, line.slope, kSquintStep_rad / across_m));
+  // How far from the cone the change puts the near and the far points, beside what is left.
+  out->back().order = line.spread / (std::abs(line.slope) * across_m);
+}
+
+/// Errors of the flights hide a squint that changes from the screening: those whose points show it
+/// most clearly are solved without.
+void SolveClearestNative(Hypotheses* all) {
+  constexpr std::size_t kMost = 3;
+  constexpr double kClear = 0.2;
+  std::vector<Hypothesis*> native;
+  for (Hypothesis& hypothesis : *all) {
+    if (hypothesis.cause == "cone.native") native.push_back(&hypothesis);
+  }
+  std::sort(native.begin(), native.end(), [](const Hypothesis* a, const Hypothesis* b) {
+    return a->order < b->order;
+  });
+  for (std::size_t i = 0; i < native.size(); ++i) {
+    native[i]->screened = i < kMost && native[i]->order < kClear;
+    native[i]->order = Hypothesis::kGuessed;
+    native[i]->local = native[i]->screened;
+  }
 }
 
 }  // namespace
@@ -554,6 +715,7 @@ void AddConeMistakes(const Facts& facts, Hypotheses* out) {
     const Squints squints = SquintsOf(pass);
     AddOf({id}, squints, out);
     all.off_rad.insert(all.off_rad.end(), squints.off_rad.begin(), squints.off_rad.end());
+    all.range_m.insert(all.range_m.end(), squints.range_m.begin(), squints.range_m.end());
     all.ratio.insert(all.ratio.end(), squints.ratio.begin(), squints.ratio.end());
     all.doppler = all.doppler || squints.doppler;
     all.given = all.given || squints.given;
@@ -564,140 +726,7 @@ void AddConeMistakes(const Facts& facts, Hypotheses* out) {
     out->back().order = Hypothesis::kReported;
   }
   if (facts.passes.size() > 1) AddOf({}, all, out);
-}
-
-namespace {
-
-using Names = std::vector<std::string>;
-
-enum class Measured { kRange, kAzimuth, kBoth };
-
-const char* WordOf(Measured measured) {
-  return measured == Measured::kRange     ? "ranges"
-         : measured == Measured::kAzimuth ? "azimuths"
-                                          : "ranges and azimuths";
-}
-
-/// What standard deviations are mistaken by; with one given value also its square root, which a
-/// variance that was written as a standard deviation is too large by.
-std::vector<KnownNumber> SigmaNumbers(double given) {
-  std::vector<KnownNumber> numbers;
-  if (given > 0.0 && std::abs(given - 1.0) > 0.05) {
-    numbers.push_back({std::sqrt(given), "a variance given as standard deviation"});
-  }
-  numbers.push_back({100.0, "centimetres for metres, or a hundred"});
-  numbers.push_back({0.01, "metres written as centimetres, or a hundred"});
-  numbers.push_back({1000.0, "milliseconds for seconds, millimetres for metres"});
-  numbers.push_back({0.001, "thousandths"});
-  return numbers;
-}
-
-/// The value that all looks of some passes have; NaN where they differ.
-double CommonSigma(const Block& block, const Names& passes, Measured measured) {
-  double common = kNotGiven;
-  bool differ = measured == Measured::kBoth;
-  ForLooks(block, passes, [&](std::size_t i) {
-    const LookSigma sigma = block.SigmaOf(i);
-    const double value = measured == Measured::kRange ? sigma.range_m : sigma.azimuth;
-    if (std::isnan(common)) common = value;
-    differ = differ || value != common;
-  });
-  return differ ? kNotGiven : common;
-}
-
-Hypothesis ScaledSigma(const Block& block, const Names& passes, Measured measured, double factor) {
-  Hypothesis out;
-  out.kind = MistakeKind::kSigma;
-  out.cause = measured == Measured::kRange     ? "sigma.range"
-              : measured == Measured::kAzimuth ? "sigma.azimuth"
-                                               : "sigma.all";
-  out.passes = passes;
-  out.undo = [passes, measured](Block* edited, double log_factor) {
-    const double by = std::exp(-log_factor);
-    const auto scale = [&](double* range, double* azimuth) {
-      if (range != nullptr && measured != Measured::kAzimuth) *range *= by;
-      if (azimuth != nullptr && measured != Measured::kRange) *azimuth *= by;
-    };
-    for (const std::uint32_t p : PassesOf(*edited, passes)) {
-      LookSigma& sigma = edited->passes[p].sigma;
-      scale(&sigma.range_m, &sigma.azimuth);
-    }
-    Looks& looks = edited->looks;
-    ForLooks(*edited, passes, [&](std::size_t i) {
-      scale(looks.range_sigma_m.empty() ? nullptr : &looks.range_sigma_m[i],
-            looks.azimuth_sigma.empty() ? nullptr : &looks.azimuth_sigma[i]);
-    });
-  };
-  out.free = true;
-  out.logarithm = true;
-  out.value = std::log(factor);
-  out.step = 0.1;
-  out.unit = "1";
-  out.numbers = SigmaNumbers(CommonSigma(block, passes, measured));
-  out.says = [passes, measured](const Size& size) {
-    const bool large = size.value > 1.0;
-    const double by = large ? size.value : 1.0 / size.value;
-    return "the standard deviations of the " + std::string(WordOf(measured)) + " " +
-           PassesPhrase(passes) + " are " + SizeOf(by, size.sigma / size.value * by, "").text +
-           " times too " + (large ? "large" : "small");
-  };
-  out.change = [passes, measured](const Size& size) {
-    return "block.toml: [sigma] (or the columns of observations.csv) of the " +
-           std::string(WordOf(measured)) + " " + PassesPhrase(passes) + " divided by " +
-           Short(size.value);
-  };
-  out.screened = true;
-  out.local = true;
-  return out;
-}
-
-/// Square root of v'Pv over the redundancy of the ranges or of the azimuths alone; 0 where they
-/// have none, or for both together.
-double OwnS0(const SampleResiduals& residuals, Measured measured) {
-  if (measured == Measured::kBoth) return 0.0;
-  const Eigen::Index column = measured == Measured::kRange ? 0 : 1;
-  double square = 0.0, redundancy = 0.0;
-  for (Eigen::Index i = 0; i < residuals.whitened_errors.rows(); ++i) {
-    const double error = residuals.whitened_errors(i, column);
-    const double part = residuals.redundancy(i, column);
-    if (!std::isfinite(error) || !std::isfinite(part)) continue;
-    square += error * error;
-    redundancy += part;
-  }
-  return redundancy > 1.0 ? std::sqrt(square / redundancy) : 0.0;
-}
-
-}  // namespace
-
-void AddSigmaMistakes(const Facts& facts, Hypotheses* out) {
-  const Block& block = facts.sample.block;
-  const double s0 = std::sqrt(facts.before.square_sum / facts.before.redundancy);
-  if (!(s0 > 0.0) || !std::isfinite(s0)) return;
-  for (const Measured measured : {Measured::kBoth, Measured::kRange, Measured::kAzimuth}) {
-    const double own_s0 = OwnS0(facts.residuals, measured);
-    out->push_back(ScaledSigma(block, {}, measured, 1.0 / (own_s0 > 0.0 ? own_s0 : s0)));
-    if (block.passes.size() < 2) continue;
-    for (const Pass& pass : block.passes) {
-      // A pass whose residuals are the rule is none to ask of.
-      double sum = 0.0, count = 0.0;
-      ForLooks(block, {pass.id}, [&](std::size_t i) {
-        const auto row = facts.residuals.whitened_errors.row(static_cast<Eigen::Index>(i));
-        const double square = measured == Measured::kRange     ? row[0] * row[0]
-                              : measured == Measured::kAzimuth ? row[1] * row[1]
-                                                               : row.squaredNorm();
-        if (!std::isfinite(square)) return;
-        sum += square;
-        count += measured == Measured::kBoth ? 2.0 : 1.0;
-      });
-      const double overall_ratio =
-          facts.before.square_sum / (2.0 * static_cast<double>(facts.before.looks));
-      const double share = count > 0.0 ? sum / count / overall_ratio : 1.0;
-      if (share < 1.3 && share > 0.3) continue;
-      if (share > 1.0 && sum < 0.3 * facts.before.square_sum) continue;
-      out->push_back(
-          ScaledSigma(block, {pass.id}, measured, 1.0 / std::sqrt(share * overall_ratio)));
-    }
-  }
+  SolveClearestNative(out);
 }
 
 namespace {

@@ -52,12 +52,13 @@ struct Hypothesis {
   std::function<std::string(const Fit&)> detail;  ///< what its solution shows; empty: nothing
   /// What known points do not show, or a score test found: solved without the screening.
   bool screened = false;
-  /// Where it stands among those that are tried: corrections that were chosen; what the data tell
+  /// Where it stands among those that are tried: what the laws of motion show; corrections that
+  /// were chosen; what the data tell
   /// by themselves, also those with which known points keep less than a tenth of their misfit; what
   /// scores show; known points that keep more; what is guessed.
   double order = kGuessed;
-  static constexpr double kChosen = 0.05, kReported = 0.1, kScored = 0.6, kWeak = 0.7,
-                          kGuessed = 1.0;
+  static constexpr double kCertain = 0.0, kChosen = 0.05, kReported = 0.1, kScored = 0.6,
+                          kWeak = 0.7, kGuessed = 1.0;
   /// Changes one of the measurements that the hypothesis before leaves out: of no use where that is
   /// of none.
   bool within_last = false;

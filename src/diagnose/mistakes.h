@@ -69,6 +69,12 @@ void AddModelMistakes(const Facts& facts, Trials* trials, Hypotheses* out);
 /// of their sizes: those that the predicted observations suggest, and those that show in a solution
 /// alone.
 void AddControlMistakes(const Facts& facts, Hypotheses* out);
+/// That known points are all shifted by one vector, which a correction of the paths that all
+/// passes share takes where their priors hold the block.
+void AddShiftedControl(const Facts& facts, Hypotheses* out);
+/// That the standard deviations of known points are too small: a few solutions with other ones
+/// estimate their variance component.
+void AddControlSigma(const Facts& facts, Trials* trials, Hypotheses* out);
 /// Of single known points, and of pairs of them, whose rows may explain the block.
 void AddKnownPointMistakes(const Facts& facts, Hypotheses* out);
 

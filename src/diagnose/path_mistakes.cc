@@ -3,14 +3,18 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <numbers>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
+#include "core/text.h"
+#include "geometry/state_checks.h"
 #include "mistake.h"
 #include "mistakes.h"
 #include "sample.h"
@@ -95,13 +99,18 @@ void EstimateTurning(double rate, Hypothesis* out) {
   out->numbers = Rotations();
 }
 
-/// From axes that do not turn, aligned with the body's at time 0, to the body's.
+/// From axes that do not turn, aligned with the body's at `aligned_s`, to the body's.
+void ToBodyFixed(double rate, double aligned_s, StateVector* state) {
+  const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
+  const Eigen::AngleAxisd back(-rate * (state->time_s - aligned_s), axis);
+  state->position_m = back * state->position_m;
+  state->velocity_mps = back * state->velocity_mps - rate * axis.cross(state->position_m);
+}
+
+/// Inertial axes that are aligned with the body's at time 0; how fast the body turns is estimated.
 Hypothesis InertialStates(const Names& passes, double rate) {
   Hypothesis out = EditedStates(passes, "path.inertial", [](StateVector* state, double value) {
-    const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
-    const Eigen::AngleAxisd back(-value * state->time_s, axis);
-    state->position_m = back * state->position_m;
-    state->velocity_mps = back * state->velocity_mps - value * axis.cross(state->position_m);
+    ToBodyFixed(value, 0.0, state);
   });
   EstimateTurning(rate, &out);
   out.says = [passes](const Size& size) {
@@ -111,6 +120,88 @@ Hypothesis InertialStates(const Names& passes, double rate) {
   out.change = [passes](const Size&) {
     return "trajectories.csv: body-fixed positions and velocities " + PassesPhrase(passes);
   };
+  return out;
+}
+
+/// Of a look at a known point: the two times at which inertial axes would have to be those of the
+/// body for its range, the one that agrees better with its cone, within half a turn of time 0. NaN
+/// where the range does not reach.
+double AlignedTimeOf(const Block& block,
+                     const PredictedLook& look,
+                     std::uint32_t pass,
+                     double rate,
+                     const Eigen::Vector3d& p_m) {
+  Motion at;
+  if (!block.passes[pass].path.Evaluate(look.time_s, &at)) return kNotGiven;
+  const Eigen::Vector3d& x_m = at.position_m;
+  const double squares = x_m.squaredNorm() + p_m.squaredNorm() - look.range_m * look.range_m;
+  const double radii = std::hypot(x_m.x(), x_m.y()) * std::hypot(p_m.x(), p_m.y());
+  const double cosine = (0.5 * squares - x_m.z() * p_m.z()) / radii;
+  if (!(std::abs(cosine) < 1.0)) return kNotGiven;
+  double best_s = kNotGiven, least = std::numeric_limits<double>::infinity();
+  for (const double apart_rad : {std::acos(cosine), -std::acos(cosine)}) {
+    // From the longitude that the antenna had to the one in inertial axes.
+    const double turned_rad =
+        std::atan2(x_m.y(), x_m.x()) - std::atan2(p_m.y(), p_m.x()) - apart_rad;
+    const double aligned_s = std::remainder(rate * look.time_s - turned_rad, kTurn_rad) / rate;
+    StateVector state;
+    state.time_s = look.time_s;
+    state.position_m = x_m;
+    state.velocity_mps = at.velocity_mps;
+    ToBodyFixed(rate, aligned_s, &state);
+    const Eigen::Vector3d los_m = p_m - state.position_m;
+    const double ahead = std::abs(state.velocity_mps.dot(los_m) / los_m.norm());
+    if (ahead < least) std::tie(least, best_s) = std::pair(ahead, aligned_s);
+  }
+  return best_s;
+}
+
+/// Inertial axes that the motion shows, aligned with the body's at a time that known points tell.
+Hypothesis InertialMotionOf(const Facts& facts,
+                            const Names& passes,
+                            const Body& body,
+                            const InertialMotion& motion) {
+  const double rate = body.rotation;
+  Hypothesis out = EditedStates(passes, "path.inertial", [rate](StateVector* state, double value) {
+    ToBodyFixed(rate, value, state);
+  });
+  std::vector<double> aligned_s;
+  for (const std::uint32_t pass : PassesOf(facts.sample.block, passes)) {
+    const PassPredictions& known = facts.passes[pass];
+    std::uint32_t point = 0;
+    for (const PredictedLook& look : known.predictions) {
+      while (known.part.looks.offsets[point + 1] <= look.look) ++point;
+      const double time_s =
+          AlignedTimeOf(facts.sample.block, look, pass, rate, known.part.points.given_m[point]);
+      if (!std::isnan(time_s)) aligned_s.push_back(time_s);
+    }
+  }
+  // Of both ends of the half turns one is meant.
+  for (double& time_s : aligned_s) {
+    const double turn_s = kTurn_rad / std::abs(rate);
+    time_s = aligned_s.front() + std::remainder(time_s - aligned_s.front(), turn_s);
+  }
+  out.unit = "s";
+  out.free = !aligned_s.empty();
+  out.parameters = out.free ? 1 : 0;
+  if (out.free) {
+    out.value = Median(std::move(aligned_s));
+    out.step =
+        1.0 / (std::abs(rate) * facts.sample.block.frame.ellipsoid().a_m);  // 1 m on the ground
+  }
+  out.says = [passes, motion, free = out.free](const Size& size) {
+    return "the states of " + PassWords(passes) +
+           " are in inertial axes, not in those of the turning body (gravity leaves " +
+           Digits(motion.in_fixed_axes_mps2, 2) +
+           " m/s^2 of their acceleration unexplained there, " +
+           Digits(motion.in_turning_axes_mps2, 2) + " m/s^2 in turning axes)" +
+           (free ? ": both axes are the same at " + size.text : "");
+  };
+  out.change = [passes](const Size&) {
+    return "trajectories.csv: body-fixed positions and velocities " + PassesPhrase(passes);
+  };
+  out.screened = true;
+  out.order = Hypothesis::kCertain;
   return out;
 }
 
@@ -260,16 +351,139 @@ void AddVelocities(const Facts& facts, Hypotheses* out) {
   add(turns, [rate](const Names& passes) { return InertialVelocities(passes, rate); });
 }
 
+/// Satellites whose motion shows that their axes do not turn: all passes together where it is that
+/// of all. Returns the passes.
+Names AddInertialMotions(const Facts& facts, Hypotheses* out) {
+  const Block& block = facts.sample.block;
+  Names found;
+  const Body* body = FindBody(block.frame.ellipsoid().name);
+  if (block.frame.kind() != FrameKind::kGeocentric || body == nullptr) return found;
+  InertialMotion worst{0.0, std::numeric_limits<double>::infinity()};
+  for (const Pass& pass : block.passes) {
+    const auto motion = FindInertialMotion(pass.RecordedStates(), *body);
+    if (!motion) continue;
+    found.push_back(pass.id);
+    worst.in_fixed_axes_mps2 = std::max(worst.in_fixed_axes_mps2, motion->in_fixed_axes_mps2);
+    worst.in_turning_axes_mps2 = std::min(worst.in_turning_axes_mps2, motion->in_turning_axes_mps2);
+  }
+  if (found.empty()) return found;
+  const bool all = found.size() == block.passes.size();
+  out->push_back(InertialMotionOf(facts, all ? Names{} : found, *body, worst));
+  return found;
+}
+
 /// Mistakes of positions and velocities alike, which known points show.
 void AddWholeStates(const Facts& facts, Hypotheses* out) {
   const Block& block = facts.sample.block;
+  const Names inertial = AddInertialMotions(facts, out);
   std::vector<Names> scopes{{}};
   for (const Pass& pass : block.passes) scopes.push_back({pass.id});
   for (const Names& passes : scopes) {
     out->push_back(ScaledStates(passes, true, true, 1e-3));
-    if (block.frame.kind() != FrameKind::kGeocentric) continue;
+    if (block.frame.kind() != FrameKind::kGeocentric || !inertial.empty()) continue;
     out->push_back(InertialStates(passes, RotationOf(block.frame)));
   }
+}
+
+/// Mean radius of the Earth.
+constexpr double kEarth_m = 6371000.0;
+
+/// Plan coordinates of a conformal map about a place, and heights above its curved ground.
+struct MapPlane {
+  Eigen::Vector2d middle_m = Eigen::Vector2d::Zero();
+  double scale = 1.0;  ///< lengths on the map over those on the ground
+
+  /// The place in straight axes that touch the ground in the middle.
+  [[nodiscard]] Eigen::Vector3d Straight(const Eigen::Vector3d& map_m) const {
+    const Eigen::Vector2d plan_m = (map_m.head<2>() - middle_m) / scale;
+    const double distance_m = plan_m.norm(), angle_rad = distance_m / kEarth_m;
+    const double radius_m = kEarth_m + map_m.z();
+    const double stretch =
+        distance_m > 0.0 ? radius_m * std::sin(angle_rad) / distance_m : radius_m / kEarth_m;
+    Eigen::Vector3d out;
+    out << middle_m + stretch * plan_m, radius_m * std::cos(angle_rad) - kEarth_m;
+    return out;
+  }
+  void Straighten(StateVector* state) const {
+    constexpr double kStep_s = 0.1;
+    const Eigen::Vector3d step_m = kStep_s * state->velocity_mps;
+    const Eigen::Vector3d before_m = Straight(state->position_m - step_m);
+    const Eigen::Vector3d after_m = Straight(state->position_m + step_m);
+    state->velocity_mps = (after_m - before_m) / (2.0 * kStep_s);
+    state->position_m = Straight(state->position_m);
+  }
+};
+
+/// Scales of maps that coordinates near `x_m` may have.
+std::vector<KnownNumber> MapScales(double x_m) {
+  // Of a transverse cylinder, to second order (Snyder 1987, eq. 8-11).
+  const double east = (x_m - 500000.0) / (0.9996 * kEarth_m);
+  std::vector<KnownNumber> scales{{1.0, "no other scale than the curved ground makes"}};
+  if (x_m > 100e3 && x_m < 900e3) {
+    scales.insert(scales.begin(), {0.9996 * (1.0 + 0.5 * east * east), "UTM at this easting"});
+  }
+  return scales;
+}
+
+/// Coordinates of a map projection in a frame whose axes are straight.
+void AddMapProjection(const Facts& facts, Hypotheses* out) {
+  const Block& block = facts.sample.block;
+  if (block.frame.kind() != FrameKind::kLocal || block.points.known.empty()) return;
+  MapPlane plane;
+  double count = 0.0, ground_m = 0.0, farthest_m = 0.0;
+  double least_sigma_m = std::numeric_limits<double>::infinity();
+  for (const KnownPosition& known : block.points.known) {
+    const Eigen::Vector3d& p_m = block.points.given_m[known.point];
+    if (!p_m.allFinite()) continue;
+    plane.middle_m += p_m.head<2>();
+    ground_m += p_m.z();
+    count += 1.0;
+  }
+  if (count == 0.0) return;
+  plane.middle_m /= count;
+  ground_m /= count;
+  for (std::size_t i = 0; i < block.looks.size(); ++i) {
+    const FlightPath& path = block.passes[block.looks.pass[i]].path;
+    const double height_m = path.states().front().position_m.z() - ground_m;
+    const double square_m2 = std::pow(block.looks.range_m[i], 2) - height_m * height_m;
+    farthest_m = std::fmax(farthest_m, std::sqrt(square_m2));
+  }
+  for (const Pass& pass : block.passes) {
+    if (pass.sigma.range_m > 0.0) least_sigma_m = std::min(least_sigma_m, pass.sigma.range_m);
+  }
+  const double curved_m = farthest_m * farthest_m / (2.0 * kEarth_m);
+  if (!(curved_m > least_sigma_m)) return;
+  Hypothesis hypothesis;
+  hypothesis.kind = MistakeKind::kPath;
+  hypothesis.cause = "frame.projection";
+  hypothesis.undo = [plane](Block* edited, double scale) {
+    MapPlane map = plane;
+    map.scale = scale;
+    for (std::size_t p = 0; p < edited->passes.size(); ++p) {
+      EditPathAsRead([&](StateVector* state) { map.Straighten(state); }, p, edited);
+    }
+    for (const KnownPosition& known : edited->points.known) {
+      Eigen::Vector3d& p_m = edited->points.given_m[known.point];
+      if (p_m.allFinite()) p_m = map.Straight(p_m);
+    }
+  };
+  hypothesis.free = true;
+  hypothesis.value = 1.0;
+  hypothesis.step = 1e-5;
+  hypothesis.unit = "1";
+  hypothesis.numbers = MapScales(plane.middle_m.x());
+  hypothesis.says = [curved_m](const Size& size) {
+    return "the coordinates of paths and known points are those of a map projection of scale " +
+           size.text + ", not of straight axes (the ground curves by " + Short(curved_m) +
+           " m out to the farthest look)";
+  };
+  hypothesis.change = [](const Size&) {
+    return std::string(
+        "block.toml: kind = \"geocentric\" in [frame], with paths and known points of such "
+        "coordinates or of latitude, longitude and height");
+  };
+  hypothesis.screened = true;
+  out->push_back(std::move(hypothesis));
 }
 
 /// Recordings that matter (RecordedFlight::effect) and are read as they are.
@@ -301,10 +515,11 @@ void AddPathMistakes(const Facts& facts, Hypotheses* out) {
   AddWholeStates(facts, out);
   AddExchangedPaths(facts, out);
   AddRecordings(facts, out);
+  AddMapProjection(facts, out);
   const Block& block = facts.sample.block;
   for (std::size_t k = first; k < out->size(); ++k) {
     Hypothesis& hypothesis = (*out)[k];
-    if (hypothesis.cause == "path.exchanged") continue;
+    if (hypothesis.cause == "path.exchanged" || hypothesis.cause == "frame.projection") continue;
     for (const std::uint32_t p : PassesOf(block, hypothesis.passes)) {
       const bool smooths = block.passes[p].recorded.asked.through != PathThrough::kStates;
       if (smooths || hypothesis.cause == "path.sparse" || hypothesis.cause == "path.rough") {

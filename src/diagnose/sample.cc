@@ -279,6 +279,14 @@ void EditStates(const std::function<void(StateVector*)>& edit, std::size_t pass,
   });
 }
 
+void EditPathAsRead(const std::function<void(StateVector*)>& edit, std::size_t pass, Block* block) {
+  TryOnPasses(block, [&] {
+    std::vector<StateVector> states = block->passes[pass].path.states();
+    for (StateVector& state : states) edit(&state);
+    block->passes[pass].path = FlightPath(std::move(states));
+  });
+}
+
 void ReadWithAuto(const std::vector<std::string>& passes, Block* block) {
   TryOnPasses(block, [&] {
     const std::vector<std::uint32_t> asked = PassesOf(*block, passes);

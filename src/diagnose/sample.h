@@ -55,6 +55,10 @@ void ForLooks(const Block& block,
 /// Changes that leave no valid path leave the pass as it was.
 void EditStates(const std::function<void(StateVector*)>& edit, std::size_t pass, Block* block);
 
+/// Changes the states of the path of a pass as it was read, which are not read anew: for changes
+/// that leave a smooth path smooth.
+void EditPathAsRead(const std::function<void(StateVector*)>& edit, std::size_t pass, Block* block);
+
 /// Reads these passes (empty: all) as `auto` decides. Where no path can be made so they stay as
 /// they were.
 void ReadWithAuto(const std::vector<std::string>& passes, Block* block);

@@ -71,6 +71,18 @@ RadarCoordinates ReadImage(const Row& row, const Pass& pass) {
   return *radar;
 }
 
+/// Seconds of the day or of the week begin again at 0.
+std::string WrapHint(const FlightPath& path, double time_s) {
+  for (const double period_s : {86400.0, -86400.0, 604800.0, -604800.0}) {
+    const double other_s = time_s + period_s;
+    if (other_s < path.start_s() || other_s > path.end_s()) continue;
+    return "; " + NumberText(std::abs(period_s)) + " s " + (period_s > 0.0 ? "later" : "earlier") +
+           " it is on it: seconds of the " + (std::abs(period_s) > 86400.0 ? "week" : "day") +
+           " that begin again";
+  }
+  return "";
+}
+
 RadarCoordinates ReadMeasured(const Row& row, const Pass& pass, const ReadOptions& options) {
   const bool image = row.Given(kLookColumns("line")) || row.Given(kLookColumns("pixel"));
   const RadarCoordinates radar =
@@ -82,7 +94,8 @@ RadarCoordinates ReadMeasured(const Row& row, const Pass& pass, const ReadOption
     row.Fail(image ? kLookColumns("line") : kLookColumns("time_s"),
              (image ? "time " : "") + NumberText(radar.time_s) +
                  " is outside the flight path of pass " + Quoted(pass.id) + ", which goes from " +
-                 NumberText(pass.path.start_s()) + " to " + NumberText(pass.path.end_s()) + " s");
+                 NumberText(pass.path.start_s()) + " to " + NumberText(pass.path.end_s()) + " s" +
+                 WrapHint(pass.path, radar.time_s));
   }
   return radar;
 }

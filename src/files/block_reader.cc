@@ -86,6 +86,21 @@ void WarnOfNearNames(std::size_t listed, BlockReading* reading) {
                   text));
 }
 
+/// Names that begin with # are comments where they are not quoted: known points would be lost
+/// without a word.
+void RefuseCommentedPoints(std::size_t listed, const BlockReading& reading) {
+  if (!reading.commented_point) return;
+  const IdTable& ids = reading.result.block.points.ids;
+  for (std::size_t i = listed; i < ids.size(); ++i) {
+    if (!ids[i].starts_with('#')) continue;
+    throw InputError(*reading.commented_point,
+                     "a line that begins with # is a comment, and the observations name a point " +
+                         Quoted(ids[i]) +
+                         " that no other line gives: names that begin with # "
+                         "stand in quotes");
+  }
+}
+
 void WarnOfRejectedPasses(BlockReading* reading) {
   const Block& block = reading->result.block;
   std::vector<std::size_t> looks(block.passes.size(), 0), taken(block.passes.size(), 0);
@@ -133,10 +148,14 @@ BlockFile ReadBlockFrom(const TableSource& source, const ReadOptions& options) {
   ReadPoints(&reading);
   const std::size_t listed = reading.result.block.points.size();
   ReadLooks(&reading);
+  RefuseCommentedPoints(listed, reading);
   WarnOfNearNames(listed, &reading);
   WarnOfRejectedPasses(&reading);
   SetStripSpans(reading.strip_spans_s, &reading.result.block);
-  if (options.contradictions == Contradictions::kRefuse) RequireAboveGround(reading.result.block);
+  if (options.contradictions == Contradictions::kRefuse) {
+    RequireAboveGround(reading.result.block);
+    RequireBodyFixedStates(reading.result.block);
+  }
   for (std::string& warning : ReadRecordedFlights(&reading.result.block)) {
     reading.result.warnings.push_back(std::move(warning));
   }

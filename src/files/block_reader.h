@@ -28,6 +28,8 @@ struct BlockReading {
   std::vector<std::optional<std::array<double, 2>>> strip_spans_s;  ///< by pass, where given
   /// By pass: standard deviation of range in pixels of a ground presentation; NaN: none.
   std::vector<double> pixel_sigma_px;
+  /// Of the points' table, where rows of it begin with #.
+  std::optional<FilePlace> commented_point{};
 };
 
 /// Reads a block from any source of tables.
@@ -71,6 +73,8 @@ inline constexpr double kLargestLength_m = 1e12;
 struct PathTable {
   std::vector<std::vector<StateVector>> states;  ///< by pass
   std::vector<std::vector<std::size_t>> lines;   ///< of each state
+  /// Of paths of a result: the names of corrections that are not in the states, by pass.
+  std::vector<std::string> not_in_states;
 };
 [[nodiscard]] PathTable ReadPaths(TableReader* reader,
                                   const IdTable& pass_ids,

@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <sstream>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -18,6 +19,7 @@
 #include "core/text.h"
 #include "core/threads.h"
 #include "geometry/state_checks.h"
+#include "model/priors.h"
 #include "tables/csv.h"
 #include "tables/open.h"
 #include "tables/toml.h"
@@ -74,6 +76,7 @@ PathTable ReadPaths(TableReader* reader, const IdTable& pass_ids, const char* ho
   PathTable table;
   table.states.resize(pass_ids.size());
   table.lines.resize(pass_ids.size());
+  table.not_in_states.resize(pass_ids.size());
   IdFinder passes("pass", pass_ids, holder);
   ForRows(reader, [&](const Row& row) {
     const std::uint32_t pass = passes.Find(row, kPathColumns("pass"));
@@ -97,6 +100,10 @@ PathTable ReadPaths(TableReader* reader, const IdTable& pass_ids, const char* ho
     }
     states.push_back(state);
     table.lines[pass].push_back(row.line());
+    const std::string_view adjusted = row.Text(kPathColumns("adjusted"));
+    if (!adjusted.empty() && adjusted != kAllAdjusted && table.not_in_states[pass].empty()) {
+      table.not_in_states[pass] = adjusted;
+    }
   });
   RefuseCloseStates(*reader, pass_ids, table);
   return table;
@@ -106,11 +113,54 @@ std::size_t LastLine(const PathTable& table, std::size_t pass) {
   return table.lines[pass].empty() ? 0 : table.lines[pass].back();
 }
 
+namespace {
+
+/// Whether the block asks for corrections of the kind of this parameter, such as "range.bias", of
+/// a pass.
+bool Corrects(const std::vector<CorrectionGroup>& groups,
+              const std::string& pass,
+              std::string_view parameter) {
+  const std::string_view kind = parameter.substr(0, parameter.find('.'));
+  return std::any_of(groups.begin(), groups.end(), [&](const CorrectionGroup& group) {
+    const bool of_pass =
+        group.passes.empty() ||
+        std::find(group.passes.begin(), group.passes.end(), pass) != group.passes.end();
+    return of_pass && kCorrectionKinds[group.model.index()] == kind;
+  });
+}
+
+/// States of a result are no block's where its ranges or times were corrected as well.
+void CheckAdjusted(const TableReader& reader, const PathTable& table, BlockReading* reading) {
+  for (std::size_t i = 0; i < table.not_in_states.size(); ++i) {
+    const std::string& pass = reading->result.block.passes[i].id;
+    std::vector<std::string> left;
+    std::istringstream names(table.not_in_states[i]);
+    for (std::string name; names >> name;) {
+      if (!Corrects(reading->result.adjust.groups, pass, name)) left.push_back(name);
+    }
+    if (left.empty()) continue;
+    const std::string text =
+        "the adjustment that wrote these states of pass " + Quoted(pass) + " also corrected " +
+        ListNames(left) +
+        ", which is not in them: measurements of this pass need it as well; ask for it in "
+        "[adjust.correction], or empty this column where it is taken off the measurements";
+    const FilePlace place = reader.PlaceAt(table.lines[i].front(), kPathColumns("adjusted"));
+    const bool measured = reading->options.measurements == Measurements::kRequired;
+    if (measured && reading->options.contradictions == Contradictions::kRefuse) {
+      throw InputError(place, text);
+    }
+    reading->result.warnings.push_back(InputError(place, text).what());
+  }
+}
+
+}  // namespace
+
 void ReadTrajectories(BlockReading* reading) {
   const auto reader = reading->source.Require("trajectories", kPathColumns);
   WarnOfUnknownColumns(*reader, &reading->result.warnings);
   PathTable table = ReadPaths(reader.get(), reading->pass_ids);
   WarnOfDoubts(*reader, &reading->result.warnings);
+  CheckAdjusted(*reader, table, reading);
   for (std::size_t i = 0; i < table.states.size(); ++i) {
     Pass& pass = reading->result.block.passes[i];
     if (table.states[i].empty()) {
@@ -333,6 +383,9 @@ void ReadPoints(BlockReading* reading) {
         Step(reading->options.progress, "read", points.size(), 0, "points");
       });
   WarnOfDoubts(*table, &reading->result.warnings);
+  if (const std::size_t line = table->first_commented_row(); line > 0) {
+    reading->commented_point = FilePlace{table->file(), line, "point"};
+  }
   if (tie_sigmas > 0) {
     reading->result.warnings.push_back(
         table->file() + ": standard deviations of " + std::to_string(tie_sigmas) +

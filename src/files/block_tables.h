@@ -22,11 +22,15 @@ void ForLooks(const Looks& looks, std::size_t begin, std::size_t end, const Writ
   }
 }
 
-/// Writes flight paths, one per pass, with the columns of trajectories.csv.
+/// Writes flight paths, one per pass, with the columns of trajectories.csv. `adjusted` by pass:
+/// what that column says; empty: they are no adjusted ones.
 void WritePaths(TableSink* sink,
                 std::string_view name,
                 const IdTable& pass_ids,
-                const std::vector<FlightPath>& paths);
+                const std::vector<FlightPath>& paths,
+                const std::vector<std::string>& adjusted = {});
+/// What the column `adjusted` says where the states hold all corrections.
+inline constexpr const char* kAllAdjusted = "all";
 
 /// What BlockIds takes.
 [[nodiscard]] IdTable PassIds(const Block& block);

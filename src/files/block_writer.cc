@@ -242,17 +242,21 @@ void WriteTruePoints(TableSink* sink, const Block& block, const Truth& truth) {
 void WritePaths(TableSink* sink,
                 std::string_view name,
                 const IdTable& pass_ids,
-                const std::vector<FlightPath>& paths) {
+                const std::vector<FlightPath>& paths,
+                const std::vector<std::string>& adjusted) {
   constexpr const auto& kColumns = kPathColumns;
-  const auto table = sink->Open(name, kColumns);
+  constexpr std::array<std::string_view, 1> kOfResults{"adjusted"};
+  const auto table =
+      adjusted.empty() ? sink->Open(name, kColumns, kOfResults) : sink->Open(name, kColumns);
   const auto write = [&](std::size_t begin, std::size_t end, Batch* batch) {
     for (std::size_t i = begin; i < end; ++i) {
       for (const StateVector& state : paths[i].states()) {
-        NewRow(batch)
-            .Id(kColumns("pass"), pass_ids, static_cast<std::uint32_t>(i))
+        NewRow row(batch);
+        row.Id(kColumns("pass"), pass_ids, static_cast<std::uint32_t>(i))
             .Number(kColumns("time_s"), state.time_s)
             .Numbers(kColumns("x_m", "y_m", "z_m"), state.position_m)
             .Numbers(kColumns("vx_mps", "vy_mps", "vz_mps"), state.velocity_mps);
+        if (!adjusted.empty()) row.Text(kColumns("adjusted"), adjusted[i]);
       }
     }
   };

@@ -237,6 +237,26 @@ std::string SummaryJson(const Block& block,
 
 namespace {
 
+/// By pass: the corrections of the result that its corrected states do not hold; a group that
+/// passes share is one of all.
+std::vector<std::string> NotInStates(const Block& block, const AdjustResult& result) {
+  std::vector<std::string> out(block.passes.size());
+  for (const ParameterResult& parameter : result.parameters) {
+    if (parameter.name.starts_with("position.") || parameter.value == 0.0) continue;
+    const auto own = std::find_if(block.passes.begin(), block.passes.end(), [&](const Pass& pass) {
+      return pass.id == parameter.owner;
+    });
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      if (own != block.passes.end() && block.passes[i].id != parameter.owner) continue;
+      out[i] += (out[i].empty() ? "" : " ") + parameter.name;
+    }
+  }
+  for (std::string& names : out) {
+    if (names.empty()) names = kAllAdjusted;
+  }
+  return out;
+}
+
 void WriteResultTables(TableSink* sink, const ResultView& view, std::size_t ellipse_limit) {
   const Block& block = view.block;
   const AdjustResult& result = view.result;
@@ -252,11 +272,12 @@ void WriteResultTables(TableSink* sink, const ResultView& view, std::size_t elli
   if (!result.control_quality.empty()) WriteControlTable(sink, view);
   if (view.options.pairs != PairChoice::kNone) WritePairTable(sink, view);
   if (result.montecarlo) WriteMonteCarloTable(sink, view);
-  const bool corrected = !result.corrected_paths.empty();
-  WritePaths(sink,
-             "trajectories",
-             view.pass_ids,
-             corrected ? result.corrected_paths : NominalPaths(block));
+  if (result.corrected_paths.empty()) {
+    WritePaths(sink, "trajectories", view.pass_ids, NominalPaths(block));
+  } else {
+    WritePaths(
+        sink, "trajectories", view.pass_ids, result.corrected_paths, NotInStates(block, result));
+  }
   const auto folder = sink->folder();
   if (block.frame.kind() != FrameKind::kGeocentric || !folder) return;
   WriteGeoJson(*folder / "points.geojson",

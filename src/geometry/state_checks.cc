@@ -9,6 +9,7 @@
 
 #include "core/text.h"
 #include "smooth_path.h"
+#include <Eigen/Geometry>
 
 namespace sarblock {
 
@@ -119,6 +120,52 @@ std::string Describe(const Alternation& alternation) {
   }
   return "its states alternate between two solutions: every second state is " + off +
          " from the flight of the others; keep the states of one of them";
+}
+
+namespace {
+
+using Eigen::Vector3d;
+
+/// Mean acceleration from the first to the last state less that of the model, whose axes turn at
+/// this rate about z.
+Vector3d Unexplained_mps2(std::span<const StateVector> states, double gm, double rate) {
+  const Vector3d turning = rate * Vector3d::UnitZ();
+  const auto model_mps2 = [&](const StateVector& state) -> Vector3d {
+    const Vector3d& p_m = state.position_m;
+    return -gm / std::pow(p_m.norm(), 3) * p_m - 2.0 * turning.cross(state.velocity_mps) -
+           turning.cross(turning.cross(p_m));
+  };
+  Vector3d change_mps = states.back().velocity_mps - states.front().velocity_mps;
+  for (std::size_t k = 1; k < states.size(); ++k) {
+    const double interval_s = states[k].time_s - states[k - 1].time_s;
+    change_mps -= 0.5 * interval_s * (model_mps2(states[k - 1]) + model_mps2(states[k]));
+  }
+  return change_mps / (states.back().time_s - states.front().time_s);
+}
+
+}  // namespace
+
+std::optional<InertialMotion> FindInertialMotion(std::span<const StateVector> states,
+                                                 const Body& body) {
+  constexpr double kDecides = 0.1;
+  if (states.size() < 3 || body.rotation == 0.0) return std::nullopt;
+  InertialMotion worst{0.0, std::numeric_limits<double>::infinity()};
+  const std::size_t half = states.size() / 2;
+  for (const auto part : {states.first(half + 1), states.subspan(half)}) {
+    worst.in_fixed_axes_mps2 =
+        std::max(worst.in_fixed_axes_mps2, Unexplained_mps2(part, body.gm, 0.0).norm());
+    worst.in_turning_axes_mps2 =
+        std::min(worst.in_turning_axes_mps2, Unexplained_mps2(part, body.gm, body.rotation).norm());
+  }
+  if (!(worst.in_fixed_axes_mps2 < kDecides * worst.in_turning_axes_mps2)) return std::nullopt;
+  return worst;
+}
+
+std::string Describe(const InertialMotion& motion) {
+  return "its states move as in axes that do not turn with the body: gravity leaves " +
+         Digits(motion.in_fixed_axes_mps2, 2) +
+         " m/s^2 of their acceleration unexplained there, and " +
+         Digits(motion.in_turning_axes_mps2, 2) + " m/s^2 in axes that turn with it";
 }
 
 }  // namespace sarblock

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/geometry/frame.h"
 #include "sarblock/geometry/path.h"
 
 #include <cstddef>
@@ -41,5 +42,22 @@ struct Alternation {
 
 /// "its states alternate between two solutions ...".
 [[nodiscard]] std::string Describe(const Alternation& alternation);
+
+/// Acceleration of recorded states that the attraction of their body leaves unexplained.
+struct InertialMotion {
+  double in_fixed_axes_mps2 = 0.0;    ///< if the axes do not turn
+  double in_turning_axes_mps2 = 0.0;  ///< if they turn with the body
+};
+
+/// Whether the states of a satellite stand in axes that do not turn with the body: over the first
+/// and over the second half of them the change of the velocities, less the integral (trapezoids) of
+/// the attraction of a point mass, is less than a tenth of what is left of it with Coriolis and
+/// centrifugal acceleration. Nothing where they do not, or where there are fewer than three states;
+/// an aircraft's motion is none of attraction in either axes.
+[[nodiscard]] std::optional<InertialMotion> FindInertialMotion(std::span<const StateVector> states,
+                                                               const Body& body);
+
+/// "its states move as in axes that do not turn with the body ...".
+[[nodiscard]] std::string Describe(const InertialMotion& motion);
 
 }  // namespace sarblock

@@ -320,6 +320,9 @@ class CsvReader final : public TableReader {
     }
     return doubts;
   }
+  std::size_t first_commented_row() const override {
+    return row_comments_.count > 0 ? row_comments_.first_line.load() : 0;
+  }
 
  private:
   /// Whole lines, as many as are read; the last one may lack its end. False at the end.

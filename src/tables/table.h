@@ -107,6 +107,9 @@ inline constexpr Columns kPathColumns{{
     {"vx_mps", column::kRequired},
     {"vy_mps", column::kRequired},
     {"vz_mps", column::kRequired},
+    {"adjusted",
+     column::kOptional,
+     CellKind::kText},  // of a result: "all", or what is not in the states
 }};
 /// Needed of the looks are time and range, or line and pixel.
 inline constexpr Columns kLookColumns{{
@@ -491,6 +494,9 @@ class TableReader {
   /// What may be wrong with the lines of the table, all of which were read, though they can be
   /// read: sentences for people.
   [[nodiscard]] virtual std::vector<std::string> doubts() const { return {}; }
+  /// The first of the lines that begin with # and have as many cells as the header; 0: there is
+  /// none, or the table is not one of lines.
+  [[nodiscard]] virtual std::size_t first_commented_row() const { return 0; }
   /// The file, for messages.
   [[nodiscard]] const std::string& file() const { return file_; }
   /// Columns of the file that nobody asked for.

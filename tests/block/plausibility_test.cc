@@ -202,5 +202,23 @@ TEST(PlausibilityTest, LocalCoordinatesInAGeocentricFrameAreRefused) {
                                                                 HasSubstr("below the ground"))));
 }
 
+TEST(PlausibilityTest, CoordinatesOfAMapProjectionAreNamed) {
+  Block block = RightBlock(test::AircraftPlan());
+  const auto move = [&block](const Eigen::Vector3d& by_m) {
+    for (std::size_t pass = 0; pass < block.passes.size(); ++pass) {
+      ChangeStates(
+          pass, [&by_m](StateVector* state) { state->position_m += by_m; }, &block);
+    }
+    for (const KnownPosition& known : block.points.known) {
+      block.points.given_m[known.point] += by_m;
+    }
+  };
+  move({437000.0, 5312000.0, 0.0});  // as in zone 32, 48 degrees north
+  EXPECT_THAT(ExaminePlausibility(block),
+              ElementsAre(HasSubstr("coordinates are like those of a map projection")));
+  move({-437000.0, -5312000.0, 300000.0});
+  EXPECT_THAT(ExaminePlausibility(block), testing::Not(Contains(HasSubstr("map projection"))));
+}
+
 }  // namespace
 }  // namespace sarblock

@@ -6,16 +6,25 @@
 
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
+#include "sarblock/files/block_file.h"
+#include "sarblock/files/scene_file.h"
+#include "sarblock/simulate/simulate.h"
 
 #include <algorithm>
 #include <cstdlib>
+#include <filesystem>
 #include <limits>
+#include <regex>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "block/plausibility.h"
 #include "block/read_recorded.h"
+#include "diagnose/plants_edit.h"
 #include "diagnose/sample.h"
 #include "diagnose/trial_blocks.h"
+#include <Eigen/Geometry>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -311,6 +320,114 @@ TEST(DiagnoseTest, BearsBlocksOfWhichNothingCanBeSolved) {
   Block far = made.block;
   for (double& range_m : far.looks.range_m) range_m = 1e-3;
   static_cast<void>(Diagnose(far, made.options));
+}
+
+/// A mistake on a block, and the cause that is to stand first.
+class MistakesOfPublicReports
+    : public ::testing::TestWithParam<std::pair<const char*, const char*>> {};
+
+TEST_P(MistakesOfPublicReports, AreNamedFirst) {
+  const auto& [plant, block] = GetParam();
+  const test::TrialResult result = test::RunTrial(block, PlantNamed(plant), 3);
+  std::string said;
+  for (const std::string& text : result.diagnosis.Sentences()) said += text + "\n";
+  EXPECT_EQ(static_cast<int>(result.outcome), static_cast<int>(Outcome::kFirst)) << said;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Reports,
+    MistakesOfPublicReports,
+    ::testing::Values(std::pair{"inertial path at any sidereal time", "earth-asc-desc"},
+                      std::pair{"inertial path at any sidereal time", "venus-magellan"},
+                      std::pair{"one pass inertial", "recorded/sparse-orbit"},
+                      std::pair{"coordinates of a map projection", "block-12-strips"},
+                      std::pair{"control shifted by one vector", "recorded/sparse-orbit"},
+                      std::pair{"control shifted by one vector", "earth-same-side"},
+                      std::pair{"sigmas of known points too small", "earth-asc-desc"},
+                      std::pair{"sigmas of known points too small", "cross-wise"},
+                      std::pair{"seconds of the day at midnight", "moon-alse"},
+                      std::pair{"native Doppler read as zero", "earth-asc-desc"},
+                      std::pair{"native Doppler read as zero", "cross-wise"}));
+
+/// The first three numbers of a text.
+std::vector<double> NumbersOf(const std::string& text) {
+  std::vector<double> out;
+  const std::regex number("-?[0-9]+(\\.[0-9]+)?");
+  for (std::sregex_iterator at(text.begin(), text.end(), number), end; at != end && out.size() < 3;
+       ++at) {
+    out.push_back(std::stod(at->str()));
+  }
+  return out;
+}
+
+TEST(DiagnoseTest, TellsTheVectorOfShiftedControl) {
+  test::TrialBlock made = test::MakeTrialBlock("recorded/sparse-orbit", 3);
+  Block& block = made.block;
+  const Eigen::Vector3d shift_enu_m(-140.0, 83.0, 47.0);
+  for (const KnownPosition& known : block.points.known) {
+    Eigen::Vector3d& p_m = block.points.given_m[known.point];
+    p_m += block.frame.EnuFromFrame(p_m).transpose() * shift_enu_m;
+  }
+  const Diagnosis diagnosis = Diagnose(block, made.options);
+  ASSERT_FALSE(diagnosis.explanations.empty());
+  const Explanation& reported = diagnosis.explanations.front();
+  EXPECT_EQ(reported.cause, "control.shift") << reported.sentence;
+  const std::vector<double> numbers = NumbersOf(reported.sentence);
+  ASSERT_EQ(numbers.size(), 3U) << reported.sentence;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    EXPECT_NEAR(numbers[axis], shift_enu_m[static_cast<Eigen::Index>(axis)], 3.0)
+        << reported.sentence;
+  }
+}
+
+TEST(DiagnoseTest, TellsTheScaleOfAMapProjection) {
+  // The block of ../shared/data/field/utm, re-made: UTM's scale on its central meridian.
+  const std::filesystem::path folder = std::filesystem::path(SARBLOCK_SHARED_DATA) / "field/utm";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is not there";
+  const BlockFile file = ReadBlock(folder, {.contradictions = Contradictions::kKeep});
+  const Diagnosis diagnosis = Diagnose(file.block, file.adjust);
+  ASSERT_FALSE(diagnosis.explanations.empty());
+  const Explanation& reported = diagnosis.explanations.front();
+  EXPECT_EQ(reported.cause, "frame.projection") << reported.sentence;
+  EXPECT_NEAR(reported.value, 0.9996, 4.0 * reported.sigma);
+  EXPECT_LT(reported.sigma, 1e-4);
+  EXPECT_THAT(reported.equals, HasSubstr("UTM"));
+}
+
+TEST(DiagnoseTest, TellsWhenInertialAxesAreThoseOfTheBody) {
+  test::TrialBlock made = test::MakeTrialBlock("earth-asc-desc", 3);
+  constexpr double kRate = 7.292115e-5, kAligned_s = 8.9;
+  Block& block = made.block;
+  for (std::uint32_t pass = 0; pass < block.passes.size(); ++pass) {
+    std::vector<StateVector> states = block.passes[pass].RecordedStates();
+    for (StateVector& state : states) {
+      const Eigen::AngleAxisd turn(kRate * (state.time_s - kAligned_s), Eigen::Vector3d::UnitZ());
+      state.velocity_mps =
+          turn * (state.velocity_mps + kRate * Eigen::Vector3d::UnitZ().cross(state.position_m));
+      state.position_m = turn * state.position_m;
+    }
+    test::ReplaceStates(std::move(states), pass, &block);
+  }
+  EXPECT_THAT([&] { RequireBodyFixedStates(block); },
+              ::testing::ThrowsMessage<InputError>(
+                  HasSubstr("move as in axes that do not turn with the body")));
+  const Diagnosis diagnosis = Diagnose(block, made.options);
+  ASSERT_FALSE(diagnosis.explanations.empty());
+  const Explanation& reported = diagnosis.explanations.front();
+  EXPECT_EQ(reported.cause, "path.inertial") << reported.sentence;
+  EXPECT_NEAR(reported.value, kAligned_s, 4.0 * reported.sigma);
+  EXPECT_LT(reported.sigma, 0.05);
+}
+
+// Simulated about a body that does not turn a block is a good one: the motion alone refuses none.
+TEST(DiagnoseTest, KeepsABlockAboutABodyThatDoesNotTurn) {
+  Scene scene =
+      ReadScene(std::filesystem::path(SARBLOCK_DATASETS) / "scenes" / "earth-asc-desc.toml");
+  scene.rotation_rad_per_s = 0.0;
+  const SimulatedBlock made = Simulate(scene);
+  EXPECT_THAT(ExaminePlausibility(made.block),
+              ::testing::Each(HasSubstr("unless the body does not turn in this block")));
+  EXPECT_NO_THROW(RequireBodyFixedStates(made.block));
 }
 
 }  // namespace

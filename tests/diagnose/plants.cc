@@ -93,6 +93,30 @@ Planted OneRange(Block* block, RandomStream* random) {
   return OfLook(*block, *look, point, "range.one");
 }
 
+Planted DriftingClock(Block* block, RandomStream* random) {
+  const std::uint32_t pass = DrawPass(*block, random);
+  const double rate = DrawSign(random) * DrawSize(1e-3, 1e-2, random);
+  EditLooks(block, pass, [&](std::size_t i) {
+    block->looks.time_s[i] += rate * (block->looks.time_s[i] - block->passes[pass].start_s);
+  });
+  // What a drift along the track would do as well is told of one or the other.
+  return {true, {"time.drift", "model.degree", "model.priors", "model.missing"}, {}, {}, ""};
+}
+
+/// Looks of the second half of a pass with seconds of the day that begin again.
+Planted WrappedTimes(Block* block, RandomStream* random) {
+  const std::uint32_t pass = DrawPass(*block, random);
+  const double middle_s = 0.5 * (block->passes[pass].start_s + block->passes[pass].end_s);
+  std::size_t before = 0, after = 0;
+  EditLooks(block, pass, [&](std::size_t i) {
+    double& time_s = block->looks.time_s[i];
+    ++(time_s > middle_s ? after : before);
+    if (time_s > middle_s) time_s -= 86400.0;
+  });
+  if (before == 0 || after == 0) return {};
+  return PlantInPass(*block, pass, "time.wrap");
+}
+
 // ---- range
 
 Planted ScaledRanges(Block* block, RandomStream* random) {
@@ -182,6 +206,30 @@ Planted ConeLeftOut(Block* block, RandomStream* random) {
   if (!HasCone(*block, pass, false)) return {};
   EditLooks(block, pass, [&](std::size_t i) { block->looks.cone[i] = 0.0; });
   return PlantInPass(*block, pass, "cone.squint");
+}
+
+/// Looks measured at a squint that changes by some degrees from near to far, read as none: the
+/// times and ranges of known and tie points at that squint.
+Planted NativeDoppler(Block* block, RandomStream* random) {
+  const std::uint32_t index = DrawPass(*block, random);
+  if (HasCone(*block, index, false) || HasCone(*block, index, true)) return {};
+  const Pass& pass = block->passes[index];
+  double near_m = 1e300, far_m = 0.0;
+  EditLooks(block, index, [&](std::size_t i) {
+    near_m = std::min(near_m, block->looks.range_m[i]);
+    far_m = std::max(far_m, block->looks.range_m[i]);
+  });
+  if (!(far_m > near_m)) return {};
+  const double change_rad = DrawSign(random) * DrawSize(1e-3, 1e-2, random);
+  EditLooks(block, index, [&](std::size_t i) {
+    double& range_m = block->looks.range_m[i];
+    const double squint_rad = change_rad * (0.3 + (range_m - near_m) / (far_m - near_m));
+    // Straight flight by the point: at this squint it is as much behind as the range is longer.
+    const double speed_mps = pass.path.At(block->looks.time_s[i])->velocity_mps.norm();
+    block->looks.time_s[i] -= range_m * std::tan(squint_rad) / speed_mps;
+    range_m /= std::cos(squint_rad);
+  });
+  return PlantInPass(*block, index, "cone.native");
 }
 
 /// A squinted pass with its cone as Doppler centroids and the wavelength in another unit.
@@ -287,15 +335,6 @@ Planted TimeCorrelatedTimes(Block* block, RandomStream* random) {
 
 // ---- errors without a name
 
-Planted DriftingClock(Block* block, RandomStream* random) {
-  const std::uint32_t pass = DrawPass(*block, random);
-  const double rate = DrawSign(random) * DrawSize(1e-3, 1e-2, random);
-  EditLooks(block, pass, [&](std::size_t i) {
-    block->looks.time_s[i] += rate * (block->looks.time_s[i] - block->passes[pass].start_s);
-  });
-  return {true, {}, {}, {}, ""};
-}
-
 Planted RandomIds(Block* block, RandomStream* random) {
   const std::uint32_t pass = DrawPass(*block, random);
   std::vector<std::size_t> rows;
@@ -323,6 +362,8 @@ const std::vector<Plant>& Plants() {
                            {"times of all passes late or early", ConstantTimeOfAll},
                            {"times of a pass reversed", ReversedTimes},
                            {"times of a pass in ms or us", ScaledTimes},
+                           {"a clock that drifts", DriftingClock},
+                           {"seconds of the day at midnight", WrappedTimes},
                            {"time of one look", OneTime},
                            {"ranges of a pass two-way, km, us", ScaledRanges},
                            {"ranges of all two-way, km, us", ScaledRangesOfAll},
@@ -334,6 +375,7 @@ const std::vector<Plant>& Plants() {
                            {"squint or Doppler of the wrong sign", ConeSign},
                            {"squint in radians", ConeRadians},
                            {"squint left out", ConeLeftOut},
+                           {"native Doppler read as zero", NativeDoppler},
                            {"wavelength in cm", Wavelength}};
     const std::vector<Plant> sigmas{{"sigmas 100 times too small", SigmasTooSmall},
                                     {"sigmas 100 times too large", SigmasTooLarge},
@@ -351,8 +393,7 @@ const std::vector<Plant>& Plants() {
 }
 
 const std::vector<Plant>& UnlistedErrors() {
-  static const std::vector<Plant> plants{{"a clock that drifts", DriftingClock},
-                                         {"ids of a pass at random", RandomIds},
+  static const std::vector<Plant> plants{{"ids of a pass at random", RandomIds},
                                          {"control mirrored", MirroredEast}};
   return plants;
 }

@@ -115,6 +115,30 @@ Planted ControlHeight(Block* block, RandomStream* random) {
   });
 }
 
+/// All known points by one vector.
+Planted ShiftedControl(Block* block, RandomStream* random) {
+  const double length_m = DrawSize(100.0, 400.0, random);
+  Eigen::Vector3d shift_m(random->Normal(), random->Normal(), random->Normal());
+  shift_m *= length_m / shift_m.norm();
+  return EditKnown(
+      block, "control.shift", false, [&](std::uint32_t, Eigen::Vector3d* p_m) { *p_m += shift_m; });
+}
+
+/// Errors of known points several times what is stated.
+Planted ControlSigma(Block* block, RandomStream* random) {
+  if (block->points.known.size() < 4) return {};
+  const double factor = DrawSize(8.0, 30.0, random);
+  for (const KnownPosition& known : block->points.known) {
+    Eigen::Vector3d error_m;
+    for (int i = 0; i < 3; ++i) {
+      error_m[i] = random->Normal() * factor * std::sqrt(known.covariance_enu_m2(i, i));
+    }
+    Eigen::Vector3d& p_m = block->points.given_m[known.point];
+    p_m += block->frame.EnuFromFrame(p_m).transpose() * error_m;
+  }
+  return {true, {"sigma.control"}, {}, {}, ""};
+}
+
 Planted OneControl(Block* block, RandomStream* random) {
   if (block->points.known.empty()) return {};
   const std::uint32_t point = DrawKnown(*block, random);
@@ -147,6 +171,8 @@ std::vector<Plant> ControlPlants() {
           {"control in km", ControlKilometres},
           {"another ellipsoid", OtherEllipsoid},
           {"control heights above the geoid", ControlHeight},
+          {"control shifted by one vector", ShiftedControl},
+          {"sigmas of known points too small", ControlSigma},
           {"one known point wrong", OneControl},
           {"two known points exchanged", ExchangedControl}};
 }

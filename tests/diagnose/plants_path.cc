@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -52,16 +53,65 @@ Planted VelocitySign(Block* block, RandomStream* random) {
   return PlantInPass(*block, pass, "path.velocity_sign");
 }
 
-Planted Inertial(Block* block, RandomStream*) {
-  if (block->frame.kind() != FrameKind::kGeocentric) return {};
+/// Axes that do not turn and are the body's at `aligned_s`.
+void MakeInertial(std::optional<std::uint32_t> pass, double aligned_s, Block* block) {
   const double rate = RotationOf(*block);
-  EditStates(block, {}, [&](StateVector* state) {
+  EditStates(block, pass, [&](StateVector* state) {
     const Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
-    const Eigen::AngleAxisd turn(rate * state->time_s, axis);
+    const Eigen::AngleAxisd turn(rate * (state->time_s - aligned_s), axis);
     state->velocity_mps = turn * (state->velocity_mps + rate * axis.cross(state->position_m));
     state->position_m = turn * state->position_m;
   });
+}
+
+Planted Inertial(Block* block, RandomStream*) {
+  if (block->frame.kind() != FrameKind::kGeocentric) return {};
+  MakeInertial({}, 0.0, block);
   return PlantEverywhere("path.inertial");
+}
+
+/// At any sidereal time.
+Planted InertialAtAnyAngle(Block* block, RandomStream* random) {
+  if (block->frame.kind() != FrameKind::kGeocentric) return {};
+  const double turn_s = 2.0 * std::numbers::pi / std::abs(RotationOf(*block));
+  MakeInertial({}, (random->Uniform() - 0.5) * turn_s, block);
+  return PlantEverywhere("path.inertial");
+}
+
+Planted OneInertial(Block* block, RandomStream* random) {
+  if (block->frame.kind() != FrameKind::kGeocentric) return {};
+  const std::uint32_t pass = DrawPass(*block, random);
+  MakeInertial(pass, DrawSign(random) * DrawSize(1.0, 1e4, random), block);
+  return PlantInPass(*block, pass, "path.inertial");
+}
+
+/// Straight axes, read off a map: of UTM's scale, the ground curved.
+Planted MapProjection(Block* block, RandomStream* random) {
+  if (block->frame.kind() != FrameKind::kLocal || block->points.known.empty()) return {};
+  constexpr double kEarth_m = 6371000.0;
+  const double scale = 0.9996 + 4e-4 * random->Uniform();
+  const Eigen::Vector3d middle_m = block->points.given_m[block->points.known.front().point];
+  const auto on_map = [&](const Eigen::Vector3d& p_m) -> Eigen::Vector3d {
+    const Eigen::Vector2d plan_m = p_m.head<2>() - middle_m.head<2>();
+    const double below_m = kEarth_m + p_m.z();  // from the centre of the ground
+    const double angle_rad = std::atan2(plan_m.norm(), below_m);
+    Eigen::Vector3d out;
+    out << middle_m.head<2>() + scale * kEarth_m * angle_rad * plan_m.normalized(),
+        std::hypot(plan_m.norm(), below_m) - kEarth_m;
+    if (plan_m.norm() == 0.0) out = p_m;
+    return out;
+  };
+  EditStates(block, {}, [&](StateVector* state) {
+    const Eigen::Vector3d before_m = on_map(state->position_m - state->velocity_mps);
+    const Eigen::Vector3d after_m = on_map(state->position_m + state->velocity_mps);
+    state->velocity_mps = 0.5 * (after_m - before_m);
+    state->position_m = on_map(state->position_m);
+  });
+  for (const KnownPosition& known : block->points.known) {
+    Eigen::Vector3d& p_m = block->points.given_m[known.point];
+    p_m = on_map(p_m);
+  }
+  return PlantEverywhere("frame.projection");
 }
 
 Planted InertialVelocities(Block* block, RandomStream*) {
@@ -117,6 +167,9 @@ std::vector<Plant> PathPlants() {
           {"velocities in km/s", VelocityKilometres},
           {"velocities of the wrong sign", VelocitySign},
           {"inertial path", Inertial},
+          {"inertial path at any sidereal time", InertialAtAnyAngle},
+          {"one pass inertial", OneInertial},
+          {"coordinates of a map projection", MapProjection},
           {"inertial velocities", InertialVelocities},
           {"paths of two passes exchanged", ExchangedPasses},
           {"states rough", NoisyStates},

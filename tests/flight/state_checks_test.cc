@@ -6,8 +6,10 @@
 
 #include <cmath>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 namespace sarblock {
@@ -101,6 +103,72 @@ TEST(AlternationTest, NoiseAndFlightsAreNoAlternation) {
     }
     EXPECT_FALSE(FindAlternation(states)) << seed;
   }
+}
+
+/// An orbit about the Earth with its oblateness, J2 = 1.0826e-3, integrated by Runge and Kutta's
+/// fourth-order rule in steps of a second, in axes that do not turn.
+std::vector<StateVector> IntegratedOrbit(double spacing_s, int count) {
+  using Eigen::Vector3d;
+  constexpr double kGm = 3.986004418e14, kJ2 = 1.0826e-3, kA_m = 6378137.0;
+  const auto attraction = [](const Vector3d& p) -> Vector3d {
+    const double r = p.norm(), z = p.z() / r, j = 1.5 * kJ2 * kA_m * kA_m / (r * r);
+    return -kGm / (r * r * r) *
+           Vector3d(p.x() * (1.0 + j * (1.0 - 5.0 * z * z)),
+                    p.y() * (1.0 + j * (1.0 - 5.0 * z * z)),
+                    p.z() * (1.0 + j * (3.0 - 5.0 * z * z)));
+  };
+  Vector3d p(5.1e6, 2.0e6, 4.5e6), v(-4100.0, -2900.0, 5600.0);
+  std::vector<StateVector> states;
+  double now_s = 0.0;
+  for (int k = 0; k < count; ++k) {
+    for (; now_s < spacing_s * k; now_s += 1.0) {
+      const Vector3d a1 = attraction(p), v2 = v + 0.5 * a1, a2 = attraction(p + 0.5 * v);
+      const Vector3d v3 = v + 0.5 * a2, a3 = attraction(p + 0.5 * v2), v4 = v + a3;
+      const Vector3d a4 = attraction(p + v3);
+      p += (v + 2.0 * v2 + 2.0 * v3 + v4) / 6.0;
+      v += (a1 + 2.0 * a2 + 2.0 * a3 + a4) / 6.0;
+    }
+    states.push_back({now_s, p, v});
+  }
+  return states;
+}
+
+/// The same as the turning Earth sees it.
+std::vector<StateVector> BodyFixed(std::vector<StateVector> states, double rate) {
+  for (StateVector& state : states) {
+    const Eigen::AngleAxisd back(-rate * (state.time_s - 8.9), Eigen::Vector3d::UnitZ());
+    state.position_m = back * state.position_m;
+    state.velocity_mps =
+        back * state.velocity_mps - rate * Eigen::Vector3d::UnitZ().cross(state.position_m);
+  }
+  return states;
+}
+
+TEST(InertialMotionTest, IsThatOfAnOrbitWhoseAxesDoNotTurn) {
+  const Body& earth = *FindBody("WGS84");
+  for (const auto& [spacing_s, count] : {std::pair{1.0, 20}, {10.0, 17}, {60.0, 4}, {120.0, 3}}) {
+    const std::vector<StateVector> orbit = IntegratedOrbit(spacing_s, count);
+    const auto motion = FindInertialMotion(orbit, earth);
+    ASSERT_TRUE(motion) << spacing_s;
+    // Coriolis and centrifugal acceleration by hand: 2 omega v and omega^2 r, some 0.8 m/s^2; that
+    // of J2 up to 0.013 m/s^2.
+    EXPECT_NEAR(motion->in_turning_axes_mps2, 0.75, 0.25) << spacing_s;
+    EXPECT_LT(motion->in_fixed_axes_mps2, spacing_s < 100.0 ? 0.025 : 0.06) << spacing_s;
+    EXPECT_FALSE(FindInertialMotion(BodyFixed(orbit, earth.rotation), earth)) << spacing_s;
+  }
+}
+
+TEST(InertialMotionTest, IsNoneOfAnAircraftOrOfTwoStates) {
+  const Body& earth = *FindBody("WGS84");
+  std::vector<StateVector> flight;
+  for (int k = 0; k < 50; ++k) {
+    const double angle = 2e-6 * k;  // 200 m/s around the Earth at 10 km
+    flight.push_back({0.0638 * k,
+                      6388137.0 * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.0),
+                      200.0 * Eigen::Vector3d(-std::sin(angle), std::cos(angle), 0.0)});
+  }
+  EXPECT_FALSE(FindInertialMotion(flight, earth));
+  EXPECT_FALSE(FindInertialMotion(IntegratedOrbit(10.0, 2), earth));
 }
 
 }  // namespace

@@ -380,5 +380,51 @@ TEST_F(BlockFolderErrorsTest, NamesTheLineWhereAGzipTableIsCutOff) {
               testing::ContainsRegex("observations.csv.gz:[0-9]+: the gzip data end too early"));
 }
 
+TEST(BlockErrorsTest, SecondsThatBeginAgainAreToldBesideATimeOffThePath) {
+  const auto with_time = [](const std::string& time) {
+    return BlockError(kGoodToml, kGoodPaths, Changed(kGoodLooks, {"A2,P1,3.75", "A2,P1," + time}));
+  };
+  EXPECT_THAT(with_time("-86396.25"),
+              testing::AllOf(HasSubstr("observations.csv:3: time_s: -86396.25 is outside"),
+                             HasSubstr("; 86400 s later it is on it: seconds of the day")));
+  EXPECT_THAT(with_time("604803.75"),
+              HasSubstr("; 604800 s earlier it is on it: seconds of the week"));
+  EXPECT_THAT(with_time("40"), testing::EndsWith("which goes from 0 to 30.25 s"));
+}
+
+TEST(BlockErrorsTest, KnownPointsThatAreCommentsAreRefusedWhereTheyAreSeen) {
+  const std::string points = kGoodPoints + "#1,control,1,2,3,0.5,0.5,0.5\n";
+  std::string looks = kGoodLooks;
+  for (std::size_t at; (at = looks.find(",P1,")) != std::string::npos;)
+    looks.replace(at, 4, ",#1,");
+  EXPECT_THAT(BlockError(kGoodToml, kGoodPaths, looks, points),
+              HasSubstr("points.csv:2: point: a line that begins with # is a comment, and the "
+                        "observations name a point '#1'"));
+  EXPECT_EQ(BlockError(kGoodToml, kGoodPaths, looks, kGoodPoints + "\"#1\",tie,,,,,,\n"), "");
+  // A row that is left out on purpose, and tie points that no row gives.
+  EXPECT_EQ(BlockError(kGoodToml, kGoodPaths, kGoodLooks, points), "");
+  EXPECT_EQ(BlockError(kGoodToml, kGoodPaths, looks, kGoodPoints), "");
+}
+
+TEST(BlockErrorsTest, AdjustedPathsAreRefusedWithoutTheCorrectionsBesideThem) {
+  std::string paths = kGoodPaths;
+  for (std::size_t at = 0, row = 0; at < paths.size(); ++row) {
+    at = paths.find('\n', at);
+    const std::string cell = row == 0 ? ",adjusted" : row < 3 ? ",range.bias time.bias" : ",all";
+    paths.insert(at, cell);
+    at += cell.size() + 1;
+  }
+  EXPECT_THAT(
+      BlockError(kGoodToml, paths, kGoodLooks),
+      testing::AllOf(HasSubstr("trajectories.csv:2: adjusted: the adjustment that wrote these "
+                               "states of pass 'A1' also corrected range.bias, time.bias"),
+                     HasSubstr("[adjust.correction]")));
+  const std::string both = kGoodToml + "[adjust.correction.range]\nbias = true\n";
+  EXPECT_THAT(BlockError(both, paths, kGoodLooks), HasSubstr("also corrected time.bias, which"));
+  EXPECT_EQ(
+      BlockError(both + "[adjust.correction.time]\nbias = true\n", paths, kGoodLooks),
+      "");
+}
+
 }  // namespace
 }  // namespace sarblock

@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "mistake.h"
+#include "mistakes.h"
+#include "model/problem.h"
+#include "normals/point.h"
+#include "sample.h"
+
+namespace sarblock {
+namespace {
+
+using Names = std::vector<std::string>;
+
+enum class Measured { kRange, kAzimuth, kBoth };
+
+const char* WordOf(Measured measured) {
+  return measured == Measured::kRange     ? "ranges"
+         : measured == Measured::kAzimuth ? "azimuths"
+                                          : "ranges and azimuths";
+}
+
+/// What standard deviations are mistaken by; with one given value also its square root, which a
+/// variance that was written as a standard deviation is too large by.
+std::vector<KnownNumber> SigmaNumbers(double given) {
+  std::vector<KnownNumber> numbers;
+  if (given > 0.0 && std::abs(given - 1.0) > 0.05) {
+    numbers.push_back({std::sqrt(given), "a variance given as standard deviation"});
+  }
+  numbers.push_back({100.0, "centimetres for metres, or a hundred"});
+  numbers.push_back({0.01, "metres written as centimetres, or a hundred"});
+  numbers.push_back({1000.0, "milliseconds for seconds, millimetres for metres"});
+  numbers.push_back({0.001, "thousandths"});
+  return numbers;
+}
+
+/// The value that all looks of some passes have; NaN where they differ.
+double CommonSigma(const Block& block, const Names& passes, Measured measured) {
+  double common = kNotGiven;
+  bool differ = measured == Measured::kBoth;
+  ForLooks(block, passes, [&](std::size_t i) {
+    const LookSigma sigma = block.SigmaOf(i);
+    const double value = measured == Measured::kRange ? sigma.range_m : sigma.azimuth;
+    if (std::isnan(common)) common = value;
+    differ = differ || value != common;
+  });
+  return differ ? kNotGiven : common;
+}
+
+Hypothesis ScaledSigma(const Block& block, const Names& passes, Measured measured, double factor) {
+  Hypothesis out;
+  out.kind = MistakeKind::kSigma;
+  out.cause = measured == Measured::kRange     ? "sigma.range"
+              : measured == Measured::kAzimuth ? "sigma.azimuth"
+                                               : "sigma.all";
+  out.passes = passes;
+  out.undo = [passes, measured](Block* edited, double log_factor) {
+    const double by = std::exp(-log_factor);
+    const auto scale = [&](double* range, double* azimuth) {
+      if (range != nullptr && measured != Measured::kAzimuth) *range *= by;
+      if (azimuth != nullptr && measured != Measured::kRange) *azimuth *= by;
+    };
+    for (const std::uint32_t p : PassesOf(*edited, passes)) {
+      LookSigma& sigma = edited->passes[p].sigma;
+      scale(&sigma.range_m, &sigma.azimuth);
+    }
+    Looks& looks = edited->looks;
+    ForLooks(*edited, passes, [&](std::size_t i) {
+      scale(looks.range_sigma_m.empty() ? nullptr : &looks.range_sigma_m[i],
+            looks.azimuth_sigma.empty() ? nullptr : &looks.azimuth_sigma[i]);
+    });
+  };
+  out.free = true;
+  out.logarithm = true;
+  out.value = std::log(factor);
+  out.step = 0.1;
+  out.unit = "1";
+  out.numbers = SigmaNumbers(CommonSigma(block, passes, measured));
+  out.says = [passes, measured](const Size& size) {
+    const bool large = size.value > 1.0;
+    const double by = large ? size.value : 1.0 / size.value;
+    return "the standard deviations of the " + std::string(WordOf(measured)) + " " +
+           PassesPhrase(passes) + " are " + SizeOf(by, size.sigma / size.value * by, "").text +
+           " times too " + (large ? "large" : "small");
+  };
+  out.change = [passes, measured](const Size& size) {
+    return "block.toml: [sigma] (or the columns of observations.csv) of the " +
+           std::string(WordOf(measured)) + " " + PassesPhrase(passes) + " divided by " +
+           Short(size.value);
+  };
+  out.screened = true;
+  out.local = true;
+  return out;
+}
+
+/// Square root of v'Pv over the redundancy of the ranges or of the azimuths alone; 0 where they
+/// have none, or for both together.
+double OwnS0(const SampleResiduals& residuals, Measured measured) {
+  if (measured == Measured::kBoth) return 0.0;
+  const Eigen::Index column = measured == Measured::kRange ? 0 : 1;
+  double square = 0.0, redundancy = 0.0;
+  for (Eigen::Index i = 0; i < residuals.whitened_errors.rows(); ++i) {
+    const double error = residuals.whitened_errors(i, column);
+    const double part = residuals.redundancy(i, column);
+    if (!std::isfinite(error) || !std::isfinite(part)) continue;
+    square += error * error;
+    redundancy += part;
+  }
+  return redundancy > 1.0 ? std::sqrt(square / redundancy) : 0.0;
+}
+
+}  // namespace
+
+void AddSigmaMistakes(const Facts& facts, Hypotheses* out) {
+  const Block& block = facts.sample.block;
+  const double s0 = std::sqrt(facts.before.square_sum / facts.before.redundancy);
+  if (!(s0 > 0.0) || !std::isfinite(s0)) return;
+  for (const Measured measured : {Measured::kBoth, Measured::kRange, Measured::kAzimuth}) {
+    const double own_s0 = OwnS0(facts.residuals, measured);
+    out->push_back(ScaledSigma(block, {}, measured, 1.0 / (own_s0 > 0.0 ? own_s0 : s0)));
+    if (block.passes.size() < 2) continue;
+    for (const Pass& pass : block.passes) {
+      // A pass whose residuals are the rule is none to ask of.
+      double sum = 0.0, count = 0.0;
+      ForLooks(block, {pass.id}, [&](std::size_t i) {
+        const auto row = facts.residuals.whitened_errors.row(static_cast<Eigen::Index>(i));
+        const double square = measured == Measured::kRange     ? row[0] * row[0]
+                              : measured == Measured::kAzimuth ? row[1] * row[1]
+                                                               : row.squaredNorm();
+        if (!std::isfinite(square)) return;
+        sum += square;
+        count += measured == Measured::kBoth ? 2.0 : 1.0;
+      });
+      const double overall_ratio =
+          facts.before.square_sum / (2.0 * static_cast<double>(facts.before.looks));
+      const double share = count > 0.0 ? sum / count / overall_ratio : 1.0;
+      if (share < 1.3 && share > 0.3) continue;
+      if (share > 1.0 && sum < 0.3 * facts.before.square_sum) continue;
+      out->push_back(
+          ScaledSigma(block, {pass.id}, measured, 1.0 / std::sqrt(share * overall_ratio)));
+    }
+  }
+}
+
+namespace {
+
+/// Residuals of known points and their redundancy while corrections stay.
+struct ControlSums {
+  double square = 0.0, redundancy = 0.0;
+  /// v'Pv over redundancy.
+  [[nodiscard]] double factor() const { return square / redundancy; }
+};
+
+ControlSums SumControl(const Block& block, const CorrectionModel& corrections, const Fit& fit) {
+  ControlSums out;
+  if (!fit.solved) return out;
+  AdjustmentProblem problem(block, corrections.groups, {}, corrections.priors);
+  UpdateWeights(fit.state, &problem);
+  PointFactor factor;
+  for (const KnownPosition& known : block.points.known) {
+    const std::size_t point = known.point;
+    if (!problem.Solves(point) || problem.control_of[point] < 0) continue;
+    if (!fit.state.Position(point).allFinite()) continue;
+    FactorPoint(problem, fit.state, {}, 0.0, point, &factor);
+    const auto rows = static_cast<std::size_t>(factor.row_count);
+    for (auto k = 2 * static_cast<std::size_t>(factor.look_count); k < rows; ++k) {
+      const double q0 = factor.q[k], q1 = factor.q[rows + k], q2 = factor.q[2 * rows + k];
+      out.redundancy += 1.0 - q0 * q0 - q1 * q1 - q2 * q2;
+      out.square += factor.e[k] * factor.e[k];
+    }
+  }
+  return out;
+}
+
+/// v'Pv over redundancy of the looks at tie points, while corrections stay; 0 without redundancy.
+double FactorOfTies(const Facts& facts) {
+  const Block& block = facts.sample.block;
+  double square = 0.0, redundancy = 0.0;
+  for (std::uint32_t point = 0; point < block.points.size(); ++point) {
+    if (block.points.role[point] != PointRole::kTie) continue;
+    for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      const auto error = facts.residuals.whitened_errors.row(row);
+      const auto part = facts.residuals.redundancy.row(row);
+      if (!error.allFinite() || !part.allFinite()) continue;
+      square += error.squaredNorm();
+      redundancy += part.sum();
+    }
+  }
+  return redundancy >= 1.0 ? square / redundancy : 0.0;
+}
+
+}  // namespace
+
+void AddControlSigma(const Facts& facts, Trials* trials, Hypotheses* out) {
+  constexpr double kTooLarge = 4.0, kContradicted = 3.0, kLeastRedundancy = 3.0, kSettled = 0.1;
+  constexpr int kMostRounds = 6;
+  if (!facts.before.solved || facts.sample.block.points.known.empty()) return;
+  Hypothesis hypothesis;
+  hypothesis.kind = MistakeKind::kSigma;
+  hypothesis.cause = "sigma.control";
+  hypothesis.undo = [](Block* edited, double log_factor) {
+    for (KnownPosition& known : edited->points.known) {
+      known.covariance_enu_m2 *= std::exp(-2.0 * log_factor);
+    }
+  };
+  hypothesis.logarithm = true;
+  hypothesis.unit = "1";
+  if (FactorOfTies(facts) > kContradicted) return;  // it is not the control alone
+  ControlSums sums = SumControl(trials->given(), facts.corrections, facts.before);
+  if (!(sums.factor() > kTooLarge)) return;
+  double log_sigmas = 0.0;
+  Fit fit = facts.before;
+  for (int round = 0; round < kMostRounds && sums.redundancy > 0.0; ++round) {
+    const double step = -0.5 * std::log(sums.factor());
+    if (std::abs(step) < kSettled) break;
+    const double before = sums.redundancy;
+    hypothesis.value += step;
+    fit =
+        trials->With(hypothesis, hypothesis.value, {.warm = &fit.state, .effort = Effort::kQuick});
+    if (!fit.solved) return;
+    Block block = trials->given();
+    hypothesis.undo(&block, hypothesis.value);
+    sums = SumControl(block, facts.corrections, fit);
+    // Sum of ln sigma^2 times the redundancies on the way.
+    log_sigmas -= step * (before + sums.redundancy);
+  }
+  if (!(sums.redundancy >= kLeastRedundancy) || !(hypothesis.value < 0.0)) return;
+  hypothesis.log_cost = log_sigmas / hypothesis.value;
+  hypothesis.says = [redundancy = sums.redundancy](const Size& size) {
+    const double by = 1.0 / size.value;
+    return "the standard deviations of the known points are " +
+           SizeOf(by, by / std::sqrt(2.0 * redundancy), "").text + " times too small";
+  };
+  hypothesis.change = [](const Size& size) {
+    return "points.csv: the standard deviations of the known points times " +
+           Short(1.0 / size.value);
+  };
+  hypothesis.screened = true;
+  hypothesis.local = true;
+  out->push_back(std::move(hypothesis));
+}
+
+}  // namespace sarblock
