@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <limits>
 #include <map>
+#include <memory>
 #include <set>
 #include <sstream>
 
@@ -135,16 +136,14 @@ StabilityOutcome JudgeStability(const StabilityRow& row, const std::vector<std::
   return row.exit_code == 0 && silent ? StabilityOutcome::kOk : StabilityOutcome::kWarned;
 }
 
-StabilityRow RunStabilityStep(const std::string& family,
+StabilityRow RunStabilityStep(const StabilityFamily& family,
                               double value,
                               int threads,
                               ProgressSink* progress) {
-  StabilityPlan plan = PlanOf(family, value);
+  StabilityPlan plan = family.plan(value);
   StabilityRow row;
-  row.family = family;
-  for (const StabilityFamily& known : StabilityFamilies()) {
-    if (known.name == family) row.parameter = known.parameter;
-  }
+  row.family = family.name;
+  row.parameter = family.parameter;
   row.value = value;
   plan.options.threads = threads;
   AdjustResult result;
@@ -466,10 +465,10 @@ StudyPlan PlanStability(const StabilityStudy& study) {
   for (const StabilityFamily& family : study.families) {
     for (const double value : family.values) {
       plan.tasks.push_back(
-          {family.name + " " + Number(value), [name = family.name, value](ProgressSink* progress) {
+          {family.name + " " + Number(value), [family, value](ProgressSink* progress) {
              // All cores: a limit would apply to the steps that run at the same time too.
              return std::vector<StudyRow>{
-                 RowOf(RunStabilityStep(name, value, AvailableCores(), progress))};
+                 RowOf(RunStabilityStep(family, value, AvailableCores(), progress))};
            }});
     }
   }
@@ -550,7 +549,7 @@ StabilityStudy ParseStability(std::string_view text,
   if (const auto seed = table.Take("seed")) {
     seed->Fail("is not used here: every family has its own noise");
   }
-  const std::vector<StabilityFamily> all = StabilityFamilies();
+  const std::vector<StabilityFamily>& all = StabilityFamilies();
   std::vector<std::string> names;
   for (const StabilityFamily& family : all) names.push_back(family.name);
   std::set<std::string> taken;
@@ -562,12 +561,21 @@ StabilityStudy ParseStability(std::string_view text,
   if (const auto listed = table.Take("families")) {
     for (const TomlValue& entry : listed->Entries()) study.families.push_back(named(entry));
   }
-  for (SceneTable& given : table.Tables("family")) {
-    const auto name = given.Take("name");
-    if (!name) throw InputError(given.PlaceOf("name"), "must be given");
+  static_cast<void>(table.Table("block"));  // read with the families that are made of it
+  const auto own =
+      std::make_shared<const FamilyText>(FamilyText{std::string(text), file, overrides});
+  std::vector<SceneTable> given = table.Tables("family");
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    const auto name = given[i].Take("name");
+    if (!name) throw InputError(given[i].PlaceOf("name"), "must be given");
+    if (given[i].Has("block")) {
+      if (!taken.insert(name->Text()).second) name->Fail("is given twice");
+      study.families.push_back(FamilyOfStudy(&given[i], i, own));
+      continue;
+    }
     StabilityFamily family = named(*name);
-    if (const auto values = given.Take("values")) ReadValues(*values, &family);
-    given.Finish();
+    if (const auto values = given[i].Take("values")) ReadValues(*values, &family);
+    given[i].Finish();
     study.families.push_back(std::move(family));
   }
   table.Finish();

@@ -61,9 +61,8 @@ struct StabilityRow {
 [[nodiscard]] StabilityOutcome JudgeStability(const StabilityRow& row,
                                               const std::vector<std::string>& warnings);
 
-/// Runs one step. Throws InputError for a family that is not among StabilityFamilies(),
-/// Interrupted where `progress` is cancelled during an adjustment.
-[[nodiscard]] StabilityRow RunStabilityStep(const std::string& family,
+/// Runs one step. Throws Interrupted where `progress` is cancelled during an adjustment.
+[[nodiscard]] StabilityRow RunStabilityStep(const StabilityFamily& family,
                                             double value,
                                             int threads,
                                             ProgressSink* progress = nullptr);
@@ -95,9 +94,10 @@ struct StabilityStudy {
                                                          const StudyTable& table);
 
 /// Reads a stability study (docs/studies.md): `families` lists names, each with the values it has
-/// by default; `[[family]]` gives `name` and `values`. Without either: all families. Throws
-/// InputError with FILE:LINE: field for syntax, unknown keys, wrong types, families that do not
-/// exist or are given twice, and values outside the range a family has by default.
+/// by default; `[[family]]` gives `name` and `values`, or with `block` a family of the study's own.
+/// Without either: all families. Throws InputError with FILE:LINE: field for syntax, unknown keys,
+/// wrong types, families that do not exist or are given twice, values outside the range a family
+/// has by default, and families of its own that are no blocks.
 [[nodiscard]] StabilityStudy ReadStability(const std::filesystem::path& path,
                                            const std::vector<std::string>& overrides = {});
 

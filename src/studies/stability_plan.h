@@ -8,10 +8,14 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "tables/toml.h"
 #include <Eigen/Core>
 
 namespace sarblock {
@@ -24,19 +28,6 @@ struct PlannedPass {
   double height_m = 0.0;        ///< of the antenna above the middle of the area
   double squint_rad = 0.0;
   double range_sigma_factor = 1.0;
-};
-
-struct PlannedControl {
-  std::size_t point = 0;
-  std::array<double, 3> sigma_enu_m{};
-  double correlation_en = 0.0;
-};
-
-/// A flight with trajectory errors that is recorded with errors; the looks are those of the true
-/// flight.
-struct PlannedRecording {
-  SceneTrajectoryError trajectory_error;
-  SceneRecorder recorder;  ///< its rate is needed
 };
 
 /// A small block by its geometry and weights, with noise of its own standard deviations.
@@ -53,61 +44,36 @@ struct StabilityPlan {
   double doppler_wavelength_m = 0.0;  ///< > 0: the cone is written as a Doppler centroid
   LookSigma sigma{0.83, 1.21, AzimuthUnit::kMetres};
   double noise = 1.0;  ///< drawn, in standard deviations
-  std::vector<PlannedControl> control;
-  double control_spread = 1.0;  ///< < 1: control points drawn together about the middle
+  std::vector<std::size_t> control_points;
+  std::array<double, 3> control_sigma_m{};  ///< east, north, up
+  double control_correlation = 0.0;         ///< of east and north
+  double control_spread = 1.0;              ///< < 1: control points drawn together about the middle
   Eigen::Vector3d origin_m = Eigen::Vector3d::Zero();  ///< added to all coordinates (not orbit)
   double time_origin_s = 391.7;
   std::size_t states = 41;     ///< of a path that is not recorded, and of the planned flight
   double time_margin_s = 0.0;  ///< by which paths are longer at either end
-  std::optional<PlannedRecording> recording;
+  /// The flight is recorded with errors, at a rate that is needed, and its looks are those of the
+  /// true flight, which has trajectory errors.
+  std::optional<SceneRecorder> recorder;
+  SceneTrajectoryError trajectory_error;
   double strip_factor = 0.0;   ///< > 0: strip spans given, this many times the looks' own
   double start_error_m = 0.0;  ///< > 0: points get start coordinates this far off
   double blunder = 0.0;        ///< added to the first range, in standard deviations
   double path_error_m = 0.0;   ///< by which the first pass is shifted in all axes
   AdjustOptions options;
   std::uint64_t seed = 1978;
+
+  [[nodiscard]] bool IsControl(std::size_t point) const;
 };
 
-/// Five passes of an aircraft, three of which look left, one right and one across them, ten points
-/// of which three are control, and drifts of the paths under a prior.
-[[nodiscard]] StabilityPlan AircraftPlan();
-/// Four passes of an orbit 700 km high.
-[[nodiscard]] StabilityPlan OrbitPlan();
-
-/// Position corrections of a polynomial, the same prior for all degrees; NaN: none.
-[[nodiscard]] CorrectionGroup Drift(int degree, double prior_sigma_m);
+/// The id of a pass of the block, "A1" for index 0.
+[[nodiscard]] std::string StabilityPassId(std::size_t pass);
 
 /// Throws InputError where a pass of the plan cannot see its area.
 [[nodiscard]] Block MakeStabilityBlock(const StabilityPlan& plan);
 
-/// A family with the way from its number to a block.
-struct PlannedFamily {
-  const char* name;
-  const char* parameter;
-  const char* about;
-  std::vector<double> values;
-  StabilityPlan (*plan)(double value);
-  bool whole = false;
-};
-
 /// `count` values from `from` to `to` with equal ratios.
 [[nodiscard]] std::vector<double> Ratios(double from, double to, int count);
-[[nodiscard]] std::vector<double> Prepend(double first, std::vector<double> rest);
-/// The same standard deviation for all components of all control points.
-void SetControlSigma(double sigma_m, StabilityPlan* plan);
-
-/// Families that push the geometry of a block.
-[[nodiscard]] const std::vector<PlannedFamily>& GeometryFamilies();
-
-/// Families that push the corrections of a block.
-[[nodiscard]] const std::vector<PlannedFamily>& CorrectionFamilies();
-
-/// Families that push the weights of a block.
-[[nodiscard]] const std::vector<PlannedFamily>& WeightFamilies();
-
-/// Families of recorded flights: noise, spacing and contradictions of the states, and the deviation
-/// of a flight from a straight line.
-[[nodiscard]] const std::vector<PlannedFamily>& RecordingFamilies();
 
 /// A family of small blocks that one number pushes from comfortable to impossible.
 struct StabilityFamily {
@@ -116,15 +82,28 @@ struct StabilityFamily {
   std::string about;      ///< one sentence for people
   std::vector<double> values;
   bool whole = false;  ///< the number counts something
+  std::function<StabilityPlan(double value)> plan;
 };
 
-/// All families with the values they are run with by default (docs/studies/stability.md).
-[[nodiscard]] std::vector<StabilityFamily> StabilityFamilies();
+/// The families of the program, in the order they are run, with the values they are run with by
+/// default (datasets/studies/stability_families.toml).
+[[nodiscard]] const std::vector<StabilityFamily>& StabilityFamilies();
 
-/// All families, in the order they are run.
-[[nodiscard]] std::vector<const PlannedFamily*> PlannedFamilies();
+/// The text of that file, "stability_families.toml", which is compiled into the program.
+[[nodiscard]] std::string_view FamiliesText(std::string_view name);
 
-/// The block of a step of a family; throws InputError for a family that does not exist.
-[[nodiscard]] StabilityPlan PlanOf(const std::string& family, double value);
+/// The text of a study, from which the plan of a family is read anew for each value.
+struct FamilyText {
+  std::string text, file;
+  std::vector<std::string> overrides;
+
+  [[nodiscard]] toml::table Parsed() const;
+};
+
+/// The family of a study's `[[family]]` number `index`, from 0, whose block it says itself. Throws
+/// InputError with FILE:LINE: field for all that is wrong at any of its values.
+[[nodiscard]] StabilityFamily FamilyOfStudy(SceneTable* table,
+                                            std::size_t index,
+                                            const std::shared_ptr<const FamilyText>& study);
 
 }  // namespace sarblock
