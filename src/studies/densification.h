@@ -94,6 +94,9 @@ struct DensificationStudy {
 /// a row with determined 0 and the reason as message.
 [[nodiscard]] StudyPlan PlanDensification(const DensificationStudy& study);
 
+/// Columns of densification.csv (docs/studies.md).
+[[nodiscard]] const std::vector<StudyColumn>& DensificationColumns();
+
 /// What the table answers, in sentences: the smallest layout that reaches the goal, for each
 /// variant; where the next points help most; whether the verified rows agree.
 [[nodiscard]] std::vector<std::string> DescribeDensification(const DensificationStudy& study,

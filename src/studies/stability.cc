@@ -355,31 +355,23 @@ constexpr std::array kOutcomes = {StabilityOutcome::kOk,
                                   StabilityOutcome::kWrong};
 using OutcomeCounts = std::array<std::size_t, kOutcomes.size()>;
 
-StudyCell CellOrEmpty(double value) {
-  return std::isfinite(value) ? StudyCell(value) : StudyCell();
-}
-
-std::string OneLine(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-  return text;
-}
-
 StudyRow RowOf(const StabilityRow& row) {
-  return {row.family,
-          row.parameter,
-          row.value,
-          CellOrEmpty(row.condition),
-          std::string(NameOf(row.outcome)),
-          CellOrEmpty(row.covariance_digits),
-          CellOrEmpty(row.position_digits),
-          OneLine(row.message),
-          static_cast<std::int64_t>(row.exit_code),
-          CellOrEmpty(row.sigma_digits),
-          CellOrEmpty(row.error_sigma),
-          CellOrEmpty(row.normal_digits),
-          CellOrEmpty(row.single_digits),
-          CellOrEmpty(row.ceres_digits)};
+  StudyRowMaker cells(StabilityColumns());
+  cells.Set("family", row.family)
+      .Set("parameter", row.parameter)
+      .Set("value", row.value)
+      .Set("condition", row.condition)
+      .Set("outcome", NameOf(row.outcome))
+      .Set("covariance_digits", row.covariance_digits)
+      .Set("position_digits", row.position_digits)
+      .Message(row.message)
+      .Set("exit_code", static_cast<std::int64_t>(row.exit_code))
+      .Set("sigma_digits", row.sigma_digits)
+      .Set("error_sigma", row.error_sigma)
+      .Set("normal_digits", row.normal_digits)
+      .Set("single_digits", row.single_digits)
+      .Set("ceres_digits", row.ceres_digits);
+  return cells.row();
 }
 
 std::string Number(double value, const char* format = "%.3g") {
@@ -446,22 +438,28 @@ std::vector<std::string> DigitsByCondition(const StudyTable& table) {
 
 }  // namespace
 
+const std::vector<StudyColumn>& StabilityColumns() {
+  using Kind = StudyCellKind;
+  static const std::vector<StudyColumn> columns = {{"family", Kind::kText, InReport::kNeeded},
+                                                   {"parameter", Kind::kText},
+                                                   {"value"},
+                                                   {"condition"},
+                                                   {"outcome", Kind::kText, InReport::kNeeded},
+                                                   {"covariance_digits"},
+                                                   {"position_digits"},
+                                                   {"message", Kind::kText},
+                                                   {"exit_code", Kind::kInteger, InReport::kNo},
+                                                   {"sigma_digits", Kind::kNumber, InReport::kNo},
+                                                   {"error_sigma", Kind::kNumber, InReport::kNo},
+                                                   {"normal_digits", Kind::kNumber, InReport::kNo},
+                                                   {"single_digits", Kind::kNumber, InReport::kNo},
+                                                   {"ceres_digits", Kind::kNumber, InReport::kNo}};
+  return columns;
+}
+
 StudyPlan PlanStability(const StabilityStudy& study) {
   StudyPlan plan;
-  plan.columns = {{"family", StudyCellKind::kText},
-                  {"parameter", StudyCellKind::kText},
-                  {"value"},
-                  {"condition"},
-                  {"outcome", StudyCellKind::kText},
-                  {"covariance_digits"},
-                  {"position_digits"},
-                  {"message", StudyCellKind::kText},
-                  {"exit_code", StudyCellKind::kInteger},
-                  {"sigma_digits"},
-                  {"error_sigma"},
-                  {"normal_digits"},
-                  {"single_digits"},
-                  {"ceres_digits"}};
+  plan.columns = StabilityColumns();
   for (const StabilityFamily& family : study.families) {
     for (const double value : family.values) {
       plan.tasks.push_back(

@@ -85,7 +85,10 @@ struct StabilityStudy {
   std::vector<StabilityFamily> families;
 };
 
-/// The study as tasks, one per step; columns in docs/studies.md.
+/// Columns of stability.csv (docs/studies.md).
+[[nodiscard]] const std::vector<StudyColumn>& StabilityColumns();
+
+/// The study as tasks, one per step.
 [[nodiscard]] StudyPlan PlanStability(const StabilityStudy& study);
 
 /// In sentences: how often each outcome came, in all and by family; the worst of the rows that are

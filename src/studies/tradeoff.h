@@ -178,7 +178,7 @@ class TradeoffBench {
 };
 
 /// Columns of tradeoff.csv (docs/studies.md).
-[[nodiscard]] std::vector<StudyColumn> TradeoffColumns();
+[[nodiscard]] const std::vector<StudyColumn>& TradeoffColumns();
 
 /// A row as cells, without `pareto`: that needs the other rows.
 [[nodiscard]] StudyRow CellsOf(const TradeoffRow& row);
