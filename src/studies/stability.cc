@@ -19,7 +19,6 @@
 #include "normals/point.h"
 #include "quality/groups.h"
 #include "quality/point_sweep.h"
-#include "stability_plan.h"
 #include "study.h"
 #include "tables/toml.h"
 

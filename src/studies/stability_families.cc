@@ -14,7 +14,7 @@
 #include "core/text.h"
 #include "files/block_reader.h"
 #include "files/correction_options.h"
-#include "stability_plan.h"
+#include "stability.h"
 #include "tables/toml.h"
 
 namespace sarblock {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stability_plan.h"
-
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
 #include "sarblock/geometry/look_equations.h"
@@ -13,6 +11,7 @@
 
 #include "block/read_recorded.h"
 #include "simulate/true_path.h"
+#include "stability.h"
 #include <Eigen/Geometry>
 
 namespace sarblock {

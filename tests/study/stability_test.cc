@@ -15,7 +15,6 @@
 #include <vector>
 
 #include "core/threads.h"
-#include "studies/stability_plan.h"
 #include <gmock/gmock.h>
 
 namespace sarblock {
