@@ -31,10 +31,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string CellText(const std::optional<double>& value) {
-  return value ? fmt::format("{}", *value) : std::string();
-}
-
 Json OrNull(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 
 /// A note below its row, one statement a line.
@@ -58,47 +54,29 @@ void PrintCauses(const Items& items) {
   }
 }
 
+constexpr std::array kTable1Columns = std::to_array<ListColumn<Table1Cell>>({
+    {"configuration", [](const Table1Cell& c) { return Json(c.configuration); }},
+    {"position", [](const Table1Cell& c) { return Json(c.position); }},
+    {"quantity", [](const Table1Cell& c) { return Json(c.quantity); }},
+    {"dy_km", [](const Table1Cell& c) { return OrNull(c.dy_km); }},
+    {"dz_km", [](const Table1Cell& c) { return OrNull(c.dz_km); }},
+    {"source", [](const Table1Cell& c) { return Json(c.source); }},
+    {"size_m", [](const Table1Cell& c) { return Json(c.size_m); }},
+    {"printed_m", [](const Table1Cell& c) { return OrNull(c.printed_m); }},
+    {"formula_m", [](const Table1Cell& c) { return Json(c.formula_m); }},
+    {"derivative_m", [](const Table1Cell& c) { return Json(c.derivative_m); }},
+    {"exact_m", [](const Table1Cell& c) { return Json(c.exact_m); }},
+    {"verdict", [](const Table1Cell& c) { return Json(NameOf(c.verdict)); }},
+    {"note", [](const Table1Cell& c) { return Json(c.note); }},
+    {"cause",
+     [](const Table1Cell& c) { return Json(c.cause); },
+     ListColumn<Table1Cell>::Form::kJsonAlone},
+});
+
 int PrintTable1(bool csv, const Session& session) {
   std::vector<Table1Cell> cells = PaperTable1();
-  if (session.json) {
-    Json list = Json::array();
-    for (const Table1Cell& c : cells) {
-      list.push_back({{"configuration", c.configuration},
-                      {"position", c.position},
-                      {"quantity", c.quantity},
-                      {"dy_km", OrNull(c.dy_km)},
-                      {"dz_km", OrNull(c.dz_km)},
-                      {"source", c.source},
-                      {"size_m", c.size_m},
-                      {"printed_m", OrNull(c.printed_m)},
-                      {"formula_m", c.formula_m},
-                      {"derivative_m", c.derivative_m},
-                      {"exact_m", c.exact_m},
-                      {"verdict", NameOf(c.verdict)},
-                      {"note", c.note},
-                      {"cause", c.cause}});
-    }
-    fmt::print("{}\n", list.dump(2));
-  } else if (csv) {
-    fmt::print(
-        "configuration,position,quantity,dy_km,dz_km,source,size_m,printed_m,formula_m,"
-        "derivative_m,exact_m,verdict,note\n");
-    for (const Table1Cell& c : cells) {
-      fmt::print("{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
-                 c.configuration,
-                 c.position,
-                 c.quantity,
-                 CellText(c.dy_km),
-                 CellText(c.dz_km),
-                 c.source,
-                 c.size_m,
-                 CellText(c.printed_m),
-                 c.formula_m,
-                 c.derivative_m,
-                 c.exact_m,
-                 NameOf(c.verdict),
-                 CsvText(c.note));
-    }
+  if (session.json || csv) {
+    fmt::print("{}", ListOf(cells, kTable1Columns, session));
   } else {
     // One heading a column of the paper's table: aircraft before VOIR, near before far.
     std::stable_sort(cells.begin(), cells.end(), [](const Table1Cell& a, const Table1Cell& b) {
@@ -145,52 +123,39 @@ int PrintTable1(bool csv, const Session& session) {
   return kAccepted;
 }
 
+constexpr std::array kExampleColumns = std::to_array<ListColumn<QuotedExample>>({
+    {"name", [](const QuotedExample& e) { return Json(e.name); }},
+    {"unit", [](const QuotedExample& e) { return Json(e.unit); }},
+    {"printed", [](const QuotedExample& e) { return Json(e.printed_text); }},
+    {"formula", [](const QuotedExample& e) { return Json(e.formula); }},
+    {"derivative", [](const QuotedExample& e) { return OrNull(e.derivative); }},
+    {"exact", [](const QuotedExample& e) { return OrNull(e.exact); }},
+    {"verdict", [](const QuotedExample& e) { return Json(NameOf(e.verdict)); }},
+    {"note", [](const QuotedExample& e) { return Json(e.note); }},
+    {"cause",
+     [](const QuotedExample& e) { return Json(e.cause); },
+     ListColumn<QuotedExample>::Form::kJsonAlone},
+});
+
 int PrintExamples(bool csv, const Session& session) {
   const std::vector<QuotedExample> examples = PaperExamples();
-  if (session.json) {
-    Json list = Json::array();
-    for (const QuotedExample& e : examples) {
-      list.push_back({{"name", e.name},
-                      {"unit", e.unit},
-                      {"printed", e.printed_text},
-                      {"formula", e.formula},
-                      {"derivative", OrNull(e.derivative)},
-                      {"exact", OrNull(e.exact)},
-                      {"verdict", NameOf(e.verdict)},
-                      {"note", e.note},
-                      {"cause", e.cause}});
-    }
-    fmt::print("{}\n", list.dump(2));
+  if (session.json || csv) {
+    fmt::print("{}", ListOf(examples, kExampleColumns, session));
     return kAccepted;
   }
-  if (csv) fmt::print("name,unit,printed,formula,derivative,exact,verdict,note\n");
   int slips = 0;
   for (const QuotedExample& e : examples) {
     slips += e.verdict == PaperVerdict::kSlip ? 1 : 0;
-    if (csv) {
-      fmt::print("{},{},{},{},{},{},{},{}\n",
-                 CsvText(e.name),
-                 e.unit,
-                 e.printed_text,
-                 e.formula,
-                 CellText(e.derivative),
-                 CellText(e.exact),
-                 NameOf(e.verdict),
-                 CsvText(e.note));
-    } else {
-      fmt::print("{:<48}{:>8} {:<3}{:>9.4g} {}\n{}",
-                 e.name,
-                 e.printed_text,
-                 e.unit,
-                 e.formula,
-                 NameOf(e.verdict),
-                 LinesOf(e.note));
-    }
+    fmt::print("{:<48}{:>8} {:<3}{:>9.4g} {}\n{}",
+               e.name,
+               e.printed_text,
+               e.unit,
+               e.formula,
+               NameOf(e.verdict),
+               LinesOf(e.note));
   }
-  if (!csv) {
-    fmt::print("\n{} agree, {} slips\n", examples.size() - static_cast<std::size_t>(slips), slips);
-    PrintCauses(examples);
-  }
+  fmt::print("\n{} agree, {} slips\n", examples.size() - static_cast<std::size_t>(slips), slips);
+  PrintCauses(examples);
   return kAccepted;
 }
 
@@ -228,14 +193,14 @@ int PrintSingleFlight(const SquintPair& pair, const Session& session) {
 
 double OrNaN(const std::optional<double>& value) { return value.value_or(kNaN); }
 
-std::string CsvText(const std::string& text) {
-  if (text.find_first_of(",\"\n") == std::string::npos) return text;
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"') quoted += '"';
-    quoted += c;
+std::string CsvLine(const std::vector<Json>& cells) {
+  std::string line;
+  for (const Json& cell : cells) {
+    if (&cell != cells.data()) line += ',';
+    if (cell.is_number()) line += fmt::format("{}", cell.get<double>());
+    if (cell.is_string()) AppendCsvText(cell.get_ref<const std::string&>(), &line);
   }
-  return quoted + "\"";
+  return line + '\n';
 }
 
 void AddConfiguration(CLI::App* command,
@@ -349,36 +314,30 @@ ParallaxRow Answer(const Row& target, const ParallaxInput& input) {
   return row;
 }
 
-std::string Number(double value) { return std::isfinite(value) ? fmt::format("{}", value) : ""; }
 Json NumberOrNull(double value) { return std::isfinite(value) ? Json(value) : Json(); }
+
+constexpr std::array kParallaxColumns = std::to_array<ListColumn<ParallaxRow>>({
+    {"point", [](const ParallaxRow& row) { return Json(row.point); }},
+    {"ground_range_m", [](const ParallaxRow& row) { return Json(row.ground_range_m); }},
+    {"point_height_m", [](const ParallaxRow& row) { return NumberOrNull(row.height_m); }},
+    {"parallax_m", [](const ParallaxRow& row) { return NumberOrNull(row.parallax_m); }},
+    {"exact_point_height_m",
+     [](const ParallaxRow& row) { return NumberOrNull(row.exact_height_m); }},
+    {"exact_parallax_m", [](const ParallaxRow& row) { return NumberOrNull(row.exact_parallax_m); }},
+    {"absolute_parallax_m",
+     [](const ParallaxRow& row) { return NumberOrNull(row.absolute_parallax_m); }},
+});
 
 int PrintParallax(const ParallaxInput& input, const Session& session) {
   const auto table = ReadCsv(input.table, kTargetColumns);
   Json list = Json::array();
-  if (!session.json) {
-    fmt::print(
-        "point,ground_range_m,point_height_m,parallax_m,exact_point_height_m,exact_parallax_m,"
-        "absolute_parallax_m\n");
-  }
+  if (!session.json) fmt::print("{}", CsvOf<ParallaxRow>(nullptr, kParallaxColumns));
   ForRows(table.get(), [&](const Row& target) {
     const ParallaxRow row = Answer(target, input);
     if (session.json) {
-      list.push_back({{"point", row.point},
-                      {"ground_range_m", row.ground_range_m},
-                      {"point_height_m", row.height_m},
-                      {"parallax_m", row.parallax_m},
-                      {"exact_point_height_m", NumberOrNull(row.exact_height_m)},
-                      {"exact_parallax_m", NumberOrNull(row.exact_parallax_m)},
-                      {"absolute_parallax_m", row.absolute_parallax_m}});
+      list.push_back(JsonOf(row, kParallaxColumns));
     } else {
-      fmt::print("{},{},{},{},{},{},{}\n",
-                 CsvText(row.point),
-                 Number(row.ground_range_m),
-                 Number(row.height_m),
-                 Number(row.parallax_m),
-                 Number(row.exact_height_m),
-                 Number(row.exact_parallax_m),
-                 Number(row.absolute_parallax_m));
+      fmt::print("{}", CsvOf(&row, kParallaxColumns));
     }
   });
   if (session.json) fmt::print("{}\n", list.dump(2));

@@ -12,6 +12,7 @@
 
 #include "leberl/validity.h"
 #include "session.h"
+#include <nlohmann/json.hpp>
 
 namespace sarblock::cli {
 
@@ -69,8 +70,51 @@ void RequireOnePair(const char* command, HeightNeed height, const PairInput& inp
 /// Throws InputError naming the option whose value no pair has.
 [[nodiscard]] GivenPair PairOf(const PairInput& input);
 
-/// A cell of a CSV on standard output: quoted if it contains a comma or a quotation mark.
-[[nodiscard]] std::string CsvText(const std::string& text);
+/// One column of a list that a command prints as JSON or as CSV: its name there and its cell, an
+/// empty cell of a CSV where that is null.
+template <typename Row>
+struct ListColumn {
+  const char* name;
+  nlohmann::ordered_json (*cell)(const Row& row);
+  enum class Form { kBoth, kJsonAlone } form = Form::kBoth;
+};
+
+/// A line of a CSV on standard output: texts are quoted if they contain a comma or a quotation
+/// mark.
+[[nodiscard]] std::string CsvLine(const std::vector<nlohmann::ordered_json>& cells);
+
+template <typename Row, std::size_t N>
+[[nodiscard]] nlohmann::ordered_json JsonOf(const Row& row,
+                                            const std::array<ListColumn<Row>, N>& columns) {
+  nlohmann::ordered_json object;
+  for (const ListColumn<Row>& column : columns) object[column.name] = column.cell(row);
+  return object;
+}
+
+/// The line of a row, or the heading where there is none.
+template <typename Row, std::size_t N>
+[[nodiscard]] std::string CsvOf(const Row* row, const std::array<ListColumn<Row>, N>& columns) {
+  std::vector<nlohmann::ordered_json> cells;
+  for (const ListColumn<Row>& column : columns) {
+    if (column.form == ListColumn<Row>::Form::kJsonAlone) continue;
+    cells.push_back(row == nullptr ? nlohmann::ordered_json(column.name) : column.cell(*row));
+  }
+  return CsvLine(cells);
+}
+
+/// The whole list, as JSON or as CSV.
+template <typename Row, std::size_t N>
+[[nodiscard]] std::string ListOf(const std::vector<Row>& rows,
+                                 const std::array<ListColumn<Row>, N>& columns,
+                                 const Session& session) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  std::string csv = CsvOf<Row>(nullptr, columns);
+  for (const Row& row : rows) {
+    if (session.json) list.push_back(JsonOf(row, columns));
+    csv += CsvOf(&row, columns);
+  }
+  return session.json ? list.dump(2) + "\n" : csv;
+}
 
 /// A number for a cell of a CSV; NaN, an empty cell, where there is none.
 [[nodiscard]] double OrNaN(const std::optional<double>& value);

@@ -5,7 +5,6 @@
 #include "leberl.h"
 #include "program.h"
 #include "session.h"
-#include "study.h"
 
 int main(int argc, char** argv) {
   using namespace sarblock::cli;

@@ -12,7 +12,6 @@
 #include <string_view>
 
 #include "session.h"
-#include "study.h"
 #include <CLI/CLI.hpp>
 #include <fmt/core.h>
 

@@ -67,4 +67,7 @@ struct SetKey {
 /// Completion script of bash.
 [[nodiscard]] std::string BashCompletion(const CommandDefinition& program);
 
+/// Keys of a study file that `--set` may name of the command "study densification", ...
+[[nodiscard]] std::vector<std::string> StudyKeys(const std::string& command_path);
+
 }  // namespace sarblock::cli

@@ -25,6 +25,7 @@ void AddAdjust(CLI::App* app, Session* session);
 void AddDiagnose(CLI::App* app, Session* session);
 void AddExport(CLI::App* app, Session* session);
 void AddConvert(CLI::App* app, Session* session);
+void AddStudy(CLI::App* app, Session* session);  ///< with every kind of study
 
 /// Adds `report`; when it is chosen, session->run is set to its work.
 void AddReport(CLI::App* app, Session* session);

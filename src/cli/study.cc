@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "study.h"
+#include "studies/study.h"
 
 #include "sarblock/core/error.h"
 #include "sarblock/simulate/simulate.h"
@@ -9,20 +9,25 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <map>
 #include <memory>
+#include <optional>
+#include <string>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "core/threads.h"
+#include "manual.h"
+#include "program.h"
 #include "report/svg_plot.h"
-#include "studies/densification_file.h"
+#include "session.h"
+#include "studies/densification.h"
 #include "studies/design.h"
 #include "studies/stability.h"
-#include "studies/study.h"
 #include "studies/tradeoff.h"
-#include "studies/tradeoff_study.h"
 #include <fmt/core.h>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -30,214 +35,39 @@
 namespace sarblock::cli {
 namespace {
 
-/// Every kind of study; a new one is a line here and its Prepare function.
-constexpr std::array kKinds = {
-    StudyKind{"densification",
-              "How much control, where, and what the next point is worth",
-              PrepareDensification,
-              DensificationKeys,
-              true},
-    StudyKind{"design",
-              "One or two keys of a scene swept: accuracy, goals and cost of each block",
-              PrepareDesign,
-              DesignKeys,
-              true},
-    StudyKind{"tradeoff",
-              "Speed against accuracy of everything a user can choose, one stage at a time",
-              PrepareTradeoff,
-              TradeoffKeys,
-              false},  // timed, each row beside its reference
-    StudyKind{"stability",
-              "Extreme blocks, compared with the same adjustment in 50 digits",
-              PrepareStability,
-              StabilityKeys,
-              true},
+/// What a study says beside its table.
+struct StudyAnswer {
+  std::vector<std::string> words;   ///< lines for people, also written to NAME.txt
+  std::vector<std::string> tables;  ///< lines printed above them: tables for a terminal
+  /// Further files of the folder, name and content: plots, more tables.
+  std::vector<std::pair<std::string, std::string>> files;
+  /// The table with the columns that need all rows, where the kind has such: written in place of
+  /// the one that grew.
+  std::optional<StudyTable> table;
 };
 
-struct StudyArguments {
-  std::string file;
-  std::vector<std::string> parts;  ///< folders, of `join`
-  std::string part;
-  std::string out;
-  bool restart = false;
-  ForeignFiles foreign = ForeignFiles::kRefuse;
+/// A study read from its file, ready to run.
+struct PreparedStudy {
+  StudyPlan plan;
+  /// Everything that the rows are a function of, as text: EffectiveStudyText and the texts of the
+  /// scenes it names. A folder with rows of another identity is not resumed.
+  std::string identity;
+  std::function<StudyAnswer(const StudyTable& table)> conclude;
 };
 
-void WriteFile(const std::filesystem::path& path, const std::string& text) {
-  AtomicFile file(path);
-  file.Write(text);
-  file.Commit();
-}
-
-StudyIdentity IdentityOf(const StudyKind& kind, const PreparedStudy& study, TaskPart part = {}) {
-  return {kind.name, study.plan.columns, study.plan.tasks.size(), study.identity, part};
-}
-
-StudyStart StartIn(const StudyArguments& arguments) {
-  const bool replaces = arguments.foreign == ForeignFiles::kReplace &&
-                        !HoldsOurs(FolderContent::kStudy, arguments.out);  // nothing to go on from
-  return arguments.restart || replaces ? StudyStart::kRestart : StudyStart::kResume;
-}
-
-/// What every run of a study says of itself, and what only this kind of run has.
-nlohmann::json Summary(const StudyKind& kind,
-                       const StudyTable& table,
-                       std::size_t kept,
-                       const StudyArguments& arguments,
-                       const nlohmann::json& more) {
-  nlohmann::json summary = {{"format", "sarblock-study-summary 1"},
-                            {"study", kind.name},
-                            {"folder", arguments.out},
-                            {"rows", table.size()},
-                            {"tasks_kept", kept}};
-  summary.update(more);
-  return summary;
-}
-
-void ShowSummary(const nlohmann::json& summary, const std::string& words, const Session& session) {
-  if (session.json) {
-    fmt::print("{}\n", summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
-  } else {
-    session.Print(words);
-  }
-}
-
-/// Words, plots and the table where it has columns that need all rows.
-void Conclude(const StudyKind& kind,
-              const PreparedStudy& study,
-              const StudyTable& table,
-              const StudyArguments& arguments,
-              std::size_t kept,
-              const Session& session) {
-  const std::filesystem::path folder = arguments.out;
-  StudyAnswer answer = study.conclude(table, session.progress.get());
-  std::vector<std::string> files = {fmt::format("{}.csv", kind.name)};
-  answer.files.emplace_back(fmt::format("{}.txt", kind.name),
-                            fmt::format("{}\n", fmt::join(answer.words, "\n")));
-  if (answer.table) WriteFile(folder / files.front(), StudyTableText(*answer.table));
-  for (const auto& [name, text] : answer.files) {
-    WriteFile(folder / name, text);
-    files.push_back(name);
-  }
-  ShowSummary(
-      Summary(kind,
-              table,
-              kept,
-              arguments,
-              {{"tasks", study.plan.tasks.size()}, {"words", answer.words}, {"files", files}}),
-      fmt::format("{}{}{}\n{} rows; {} written to {}\n",
-                  fmt::join(answer.tables, "\n"),
-                  answer.tables.empty() ? "" : "\n",
-                  fmt::join(answer.words, "\n"),
-                  table.size(),
-                  fmt::join(files, ", "),
-                  arguments.out),
-      session);
-}
-
-int RunOneStudy(const StudyKind& kind, const StudyArguments& arguments, const Session& session) {
-  if (session.dump_config) {
-    fmt::print("{}", EffectiveStudyText(arguments.file, session.set));
-    return kAccepted;
-  }
-  const TaskPart part = TaskPartOf(arguments.part).value_or(TaskPart{});
-  RequireFolderFor(FolderContent::kStudy, arguments.out, arguments.foreign);
-  const StudyStart start = StartIn(arguments);
-  const ThreadLimit limit(session.Threads());
-  const PreparedStudy study = Naming(
-      arguments.file, [&] { return kind.prepare(arguments.file, session.set, session.Threads()); });
-  StudyRows rows(arguments.out, IdentityOf(kind, study, part), start);
-  if (rows.kept() > 0) {
-    session.Warn(fmt::format("sarblock: {} of {} tasks of the study are there already",
-                             rows.kept(),
-                             study.plan.tasks.size()));
-  }
-  const StudyTable table = Naming(
-      arguments.file, [&] { return RunStudy(study.plan, &rows, session.progress.get(), part); });
-  if (part.IsWhole()) {
-    Conclude(kind, study, table, arguments, rows.kept(), session);
-  } else {
-    ShowSummary(
-        Summary(kind, table, rows.kept(), arguments, {{"part", arguments.part}}),
-        fmt::format(
-            "{}: {} rows written to {}; \"sarblock study join\" makes the study of all parts\n",
-            NameOf(part),
-            table.size(),
-            arguments.out),
-        session);
-  }
-  return kAccepted;
-}
-
-/// The kind of study of which a folder holds a part, and the study as it ran there.
-std::pair<const StudyKind*, std::string> StudyIn(const std::filesystem::path& folder) {
-  for (const StudyKind& kind : kKinds) {
-    const std::filesystem::path file = folder / fmt::format("{}.study.toml", kind.name);
-    std::error_code ignored;
-    if (std::filesystem::exists(file, ignored)) return {&kind, file.string()};
-  }
-  throw InputError(FilePlace{folder.string(), 0, ""}, "holds no part of a study");
-}
-
-int RunJoin(const StudyArguments& arguments, const Session& session) {
-  RequireNoneOf(arguments.parts, arguments.out);
-  const auto [kind, file] = StudyIn(arguments.parts.front());
-  RequireFolderFor(FolderContent::kStudy, arguments.out, arguments.foreign);
-  const StudyStart start = StartIn(arguments);
-  const ThreadLimit limit(session.Threads());
-  const PreparedStudy study = kind->prepare(file, {}, session.Threads());
-  const StudyIdentity identity = IdentityOf(*kind, study);
-  const std::vector<std::vector<StudyRow>> joined =
-      JoinStudyParts({arguments.parts.begin(), arguments.parts.end()}, identity);
-  StudyRows rows(arguments.out, identity, start);
-  std::vector<StudyRow> all;
-  for (std::size_t task = 0; task < joined.size(); ++task) {
-    if (rows.Find(task) == nullptr) rows.Keep(task, joined[task]);
-    all.insert(all.end(), joined[task].begin(), joined[task].end());
-  }
-  Conclude(*kind, study, {study.plan.columns, std::move(all)}, arguments, rows.kept(), session);
-  return kAccepted;
-}
-
-}  // namespace
-
-std::vector<std::string> StudyKeys(const std::string& command_path) {
-  for (const StudyKind& kind : kKinds) {
-    if (command_path == fmt::format("study {}", kind.name)) return kind.keys();
-  }
-  return {};
-}
-
-void AddStudy(CLI::App* app, Session* session) {
-  CLI::App* study = app->add_subcommand("study", "Studies over many blocks, before a mission");
-  study->require_subcommand(1);
-  for (const StudyKind& kind : kKinds) {
-    auto arguments = std::make_shared<StudyArguments>();
-    CLI::App* command = study->add_subcommand(kind.name, kind.help);
-    command->add_option("study", arguments->file, "Study file (TOML, docs/studies.md)")->required();
-    command->add_option("-o,--output", arguments->out, "Folder to write to")->required();
-    if (kind.divisible) {
-      AddPart(command,
-              &arguments->part,
-              "Only the tasks I modulo N, for `study join`; I from 0 or from 1");
-    }
-    command->add_flag(
-        "--restart", arguments->restart, "Compute all rows again, even those that the folder has");
-    AddForce(command, &arguments->foreign);
-    command->callback([=, &kind] {
-      session->run = [=, &kind] { return RunOneStudy(kind, *arguments, *session); };
-    });
-  }
-  auto arguments = std::make_shared<StudyArguments>();
-  CLI::App* join = study->add_subcommand("join", "One study of the parts that --part computed");
-  join->add_option("parts", arguments->parts, "Folders of all its parts")->required();
-  join->add_option("-o,--output", arguments->out, "Folder to write to")->required();
-  join->add_flag("--restart", arguments->restart, "Replace the study that the folder holds");
-  AddForce(join, &arguments->foreign);
-  join->callback([=] { session->run = [=] { return RunJoin(*arguments, *session); }; });
-}
-
-namespace {
+/// One kind of study: `sarblock study NAME STUDY.toml -o DIR` writes DIR/NAME.csv. Everything but
+/// these two functions is common: the options, the threads, resuming, the files.
+struct StudyKind {
+  const char* name;
+  const char* help;
+  /// `threads` are those of the session, for tasks that run one by one.
+  PreparedStudy (*prepare)(const std::string& file,
+                           const std::vector<std::string>& overrides,
+                           int threads);
+  /// Dotted keys of the study file that `--set` may name.
+  std::vector<std::string> (*keys)();
+  bool divisible;  ///< whether parts of it may be computed apart
+};
 
 constexpr std::array kStages{
     TradeoffStage::kModel, TradeoffStage::kSolver, TradeoffStage::kCovariance};
@@ -379,8 +209,6 @@ StudyAnswer ConcludeTradeoff(const TradeoffStudy& study, const StudyTable& table
   return answer;
 }
 
-}  // namespace
-
 PreparedStudy PrepareTradeoff(const std::string& file,
                               const std::vector<std::string>& overrides,
                               int threads) {
@@ -401,13 +229,11 @@ PreparedStudy PrepareTradeoff(const std::string& file,
     }
   }
   prepared.identity = study.identity;
-  prepared.conclude = [bench](const StudyTable& table, ProgressSink*) {
+  prepared.conclude = [bench](const StudyTable& table) {
     return ConcludeTradeoff(bench->study(), table);
   };
   return prepared;
 }
-
-namespace {
 
 /// Distinct texts of a column in the order they appear.
 std::vector<std::string> Distinct(const StudyTable& table, std::string_view column) {
@@ -550,22 +376,14 @@ StudyAnswer ConcludeDensification(const DensificationStudy& study, const StudyTa
   return answer;
 }
 
-}  // namespace
-
 PreparedStudy PrepareDensification(const std::string& file,
                                    const std::vector<std::string>& overrides,
                                    int /*threads*/) {
   const auto read = std::make_shared<DensificationFile>(ReadDensification(file, overrides));
-  PreparedStudy prepared;
-  prepared.plan = PlanDensification(read->study);
-  prepared.identity = read->identity;
-  prepared.conclude = [read](const StudyTable& table, ProgressSink*) {
-    return ConcludeDensification(read->study, table);
-  };
-  return prepared;
+  return {PlanDensification(read->study), read->identity, [read](const StudyTable& table) {
+            return ConcludeDensification(read->study, table);
+          }};
 }
-
-namespace {
 
 constexpr std::array kDesignAxes = {"along", "across", "up"};
 
@@ -672,22 +490,14 @@ StudyAnswer ConcludeDesign(const DesignStudy& study, const StudyTable& table) {
   return answer;
 }
 
-}  // namespace
-
 PreparedStudy PrepareDesign(const std::string& file,
                             const std::vector<std::string>& overrides,
                             int /*threads*/) {
   const auto read = std::make_shared<DesignFile>(ReadDesign(file, overrides));
-  PreparedStudy prepared;
-  prepared.plan = PlanDesign(read->study);
-  prepared.identity = read->identity;
-  prepared.conclude = [read](const StudyTable& table, ProgressSink*) {
-    return ConcludeDesign(read->study, table);
-  };
-  return prepared;
+  return {PlanDesign(read->study), read->identity, [read](const StudyTable& table) {
+            return ConcludeDesign(read->study, table);
+          }};
 }
-
-namespace {
 
 /// Digits of a column against the condition, a marker a row.
 PlotSeries DigitsAgainstCondition(const StudyTable& table,
@@ -778,23 +588,226 @@ std::string PlotErrors(const StudyTable& table) {
   return SvgOf(plot);
 }
 
-}  // namespace
-
 PreparedStudy PrepareStability(const std::string& file,
                                const std::vector<std::string>& overrides,
                                int /*threads*/) {
   const auto study = std::make_shared<StabilityStudy>(ReadStability(file, overrides));
-  PreparedStudy prepared;
-  prepared.plan = PlanStability(*study);
-  prepared.identity = EffectiveStudyText(file, overrides);
-  prepared.conclude = [study](const StudyTable& table, ProgressSink*) {
-    StudyAnswer answer;
-    answer.words = DescribeStability(*study, table);
-    answer.files = {{"stability_methods.svg", PlotMethods(table)},
-                    {"stability_errors.svg", PlotErrors(table)}};
-    return answer;
-  };
-  return prepared;
+  return {PlanStability(*study),
+          EffectiveStudyText(file, overrides),
+          [study](const StudyTable& table) -> StudyAnswer {
+            return {DescribeStability(*study, table),
+                    {},
+                    {{"stability_methods.svg", PlotMethods(table)},
+                     {"stability_errors.svg", PlotErrors(table)}},
+                    {}};
+          }};
+}
+
+/// Every kind of study; a new one is a line here and its Prepare function.
+constexpr std::array kKinds = {
+    StudyKind{"densification",
+              "How much control, where, and what the next point is worth",
+              PrepareDensification,
+              DensificationKeys,
+              true},
+    StudyKind{"design",
+              "One or two keys of a scene swept: accuracy, goals and cost of each block",
+              PrepareDesign,
+              DesignKeys,
+              true},
+    StudyKind{"tradeoff",
+              "Speed against accuracy of everything a user can choose, one stage at a time",
+              PrepareTradeoff,
+              TradeoffKeys,
+              false},  // timed, each row beside its reference
+    StudyKind{"stability",
+              "Extreme blocks, compared with the same adjustment in 50 digits",
+              PrepareStability,
+              StabilityKeys,
+              true},
+};
+
+struct StudyArguments {
+  std::string file;
+  std::vector<std::string> parts;  ///< folders, of `join`
+  std::string part;
+  std::string out;
+  bool restart = false;
+  ForeignFiles foreign = ForeignFiles::kRefuse;
+};
+
+void WriteFile(const std::filesystem::path& path, const std::string& text) {
+  AtomicFile file(path);
+  file.Write(text);
+  file.Commit();
+}
+
+StudyIdentity IdentityOf(const StudyKind& kind, const PreparedStudy& study, TaskPart part = {}) {
+  return {kind.name, study.plan.columns, study.plan.tasks.size(), study.identity, part};
+}
+
+StudyStart StartIn(const StudyArguments& arguments) {
+  const bool replaces = arguments.foreign == ForeignFiles::kReplace &&
+                        !HoldsOurs(FolderContent::kStudy, arguments.out);  // nothing to go on from
+  return arguments.restart || replaces ? StudyStart::kRestart : StudyStart::kResume;
+}
+
+/// What every run of a study says of itself, and what only this kind of run has.
+nlohmann::json Summary(const StudyKind& kind,
+                       const StudyTable& table,
+                       std::size_t kept,
+                       const StudyArguments& arguments,
+                       const nlohmann::json& more) {
+  nlohmann::json summary = {{"format", "sarblock-study-summary 1"},
+                            {"study", kind.name},
+                            {"folder", arguments.out},
+                            {"rows", table.size()},
+                            {"tasks_kept", kept}};
+  summary.update(more);
+  return summary;
+}
+
+void ShowSummary(const nlohmann::json& summary, const std::string& words, const Session& session) {
+  if (session.json) {
+    fmt::print("{}\n", summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+  } else {
+    session.Print(words);
+  }
+}
+
+/// Words, plots and the table where it has columns that need all rows.
+void Conclude(const StudyKind& kind,
+              const PreparedStudy& study,
+              const StudyTable& table,
+              const StudyArguments& arguments,
+              std::size_t kept,
+              const Session& session) {
+  const std::filesystem::path folder = arguments.out;
+  StudyAnswer answer = study.conclude(table);
+  std::vector<std::string> files = {fmt::format("{}.csv", kind.name)};
+  answer.files.emplace_back(fmt::format("{}.txt", kind.name),
+                            fmt::format("{}\n", fmt::join(answer.words, "\n")));
+  if (answer.table) WriteFile(folder / files.front(), StudyTableText(*answer.table));
+  for (const auto& [name, text] : answer.files) {
+    WriteFile(folder / name, text);
+    files.push_back(name);
+  }
+  ShowSummary(
+      Summary(kind,
+              table,
+              kept,
+              arguments,
+              {{"tasks", study.plan.tasks.size()}, {"words", answer.words}, {"files", files}}),
+      fmt::format("{}{}{}\n{} rows; {} written to {}\n",
+                  fmt::join(answer.tables, "\n"),
+                  answer.tables.empty() ? "" : "\n",
+                  fmt::join(answer.words, "\n"),
+                  table.size(),
+                  fmt::join(files, ", "),
+                  arguments.out),
+      session);
+}
+
+int RunOneStudy(const StudyKind& kind, const StudyArguments& arguments, const Session& session) {
+  if (session.dump_config) {
+    fmt::print("{}", EffectiveStudyText(arguments.file, session.set));
+    return kAccepted;
+  }
+  const TaskPart part = TaskPartOf(arguments.part).value_or(TaskPart{});
+  RequireFolderFor(FolderContent::kStudy, arguments.out, arguments.foreign);
+  const StudyStart start = StartIn(arguments);
+  const ThreadLimit limit(session.Threads());
+  const PreparedStudy study = Naming(
+      arguments.file, [&] { return kind.prepare(arguments.file, session.set, session.Threads()); });
+  StudyRows rows(arguments.out, IdentityOf(kind, study, part), start);
+  if (rows.kept() > 0) {
+    session.Warn(fmt::format("sarblock: {} of {} tasks of the study are there already",
+                             rows.kept(),
+                             study.plan.tasks.size()));
+  }
+  const StudyTable table = Naming(
+      arguments.file, [&] { return RunStudy(study.plan, &rows, session.progress.get(), part); });
+  if (part.IsWhole()) {
+    Conclude(kind, study, table, arguments, rows.kept(), session);
+  } else {
+    ShowSummary(
+        Summary(kind, table, rows.kept(), arguments, {{"part", arguments.part}}),
+        fmt::format(
+            "{}: {} rows written to {}; \"sarblock study join\" makes the study of all parts\n",
+            NameOf(part),
+            table.size(),
+            arguments.out),
+        session);
+  }
+  return kAccepted;
+}
+
+/// The kind of study of which a folder holds a part, and the study as it ran there.
+std::pair<const StudyKind*, std::string> StudyIn(const std::filesystem::path& folder) {
+  for (const StudyKind& kind : kKinds) {
+    const std::filesystem::path file = folder / fmt::format("{}.study.toml", kind.name);
+    std::error_code ignored;
+    if (std::filesystem::exists(file, ignored)) return {&kind, file.string()};
+  }
+  throw InputError(FilePlace{folder.string(), 0, ""}, "holds no part of a study");
+}
+
+int RunJoin(const StudyArguments& arguments, const Session& session) {
+  RequireNoneOf(arguments.parts, arguments.out);
+  const auto [kind, file] = StudyIn(arguments.parts.front());
+  RequireFolderFor(FolderContent::kStudy, arguments.out, arguments.foreign);
+  const StudyStart start = StartIn(arguments);
+  const ThreadLimit limit(session.Threads());
+  const PreparedStudy study = kind->prepare(file, {}, session.Threads());
+  const StudyIdentity identity = IdentityOf(*kind, study);
+  const std::vector<std::vector<StudyRow>> joined =
+      JoinStudyParts({arguments.parts.begin(), arguments.parts.end()}, identity);
+  StudyRows rows(arguments.out, identity, start);
+  std::vector<StudyRow> all;
+  for (std::size_t task = 0; task < joined.size(); ++task) {
+    if (rows.Find(task) == nullptr) rows.Keep(task, joined[task]);
+    all.insert(all.end(), joined[task].begin(), joined[task].end());
+  }
+  Conclude(*kind, study, {study.plan.columns, std::move(all)}, arguments, rows.kept(), session);
+  return kAccepted;
+}
+
+}  // namespace
+
+std::vector<std::string> StudyKeys(const std::string& command_path) {
+  for (const StudyKind& kind : kKinds) {
+    if (command_path == fmt::format("study {}", kind.name)) return kind.keys();
+  }
+  return {};
+}
+
+void AddStudy(CLI::App* app, Session* session) {
+  CLI::App* study = app->add_subcommand("study", "Studies over many blocks, before a mission");
+  study->require_subcommand(1);
+  for (const StudyKind& kind : kKinds) {
+    auto arguments = std::make_shared<StudyArguments>();
+    CLI::App* command = study->add_subcommand(kind.name, kind.help);
+    command->add_option("study", arguments->file, "Study file (TOML, docs/studies.md)")->required();
+    command->add_option("-o,--output", arguments->out, "Folder to write to")->required();
+    if (kind.divisible) {
+      AddPart(command,
+              &arguments->part,
+              "Only the tasks I modulo N, for `study join`; I from 0 or from 1");
+    }
+    command->add_flag(
+        "--restart", arguments->restart, "Compute all rows again, even those that the folder has");
+    AddForce(command, &arguments->foreign);
+    command->callback([=, &kind] {
+      session->run = [=, &kind] { return RunOneStudy(kind, *arguments, *session); };
+    });
+  }
+  auto arguments = std::make_shared<StudyArguments>();
+  CLI::App* join = study->add_subcommand("join", "One study of the parts that --part computed");
+  join->add_option("parts", arguments->parts, "Folders of all its parts")->required();
+  join->add_option("-o,--output", arguments->out, "Folder to write to")->required();
+  join->add_flag("--restart", arguments->restart, "Replace the study that the folder holds");
+  AddForce(join, &arguments->foreign);
+  join->callback([=] { session->run = [=] { return RunJoin(*arguments, *session); }; });
 }
 
 }  // namespace sarblock::cli

@@ -4,8 +4,10 @@
 #include "sarblock/block/block.h"
 #include "sarblock/files/block_file.h"
 #include "sarblock/geometry/frame.h"
+#include "sarblock/simulate/scene.h"
 
 #include <array>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <span>
@@ -98,6 +100,10 @@ struct PixelSigma {
 /// the values; one of them at most.
 [[nodiscard]] std::optional<Swath> ReadSwath(
     const std::function<std::optional<TomlValue>(const std::string&)>& find);
+
+/// `[recorder]` and `[wander]` of a scene; without a folder to look in `wander.table` is refused.
+SceneRecorder ReadRecorder(SceneTable& table);
+SceneTrajectoryError ReadTrajectoryError(SceneTable& table, const std::filesystem::path* folder);
 
 /// The `ellipsoid` of a block's or a scene's frame: a name, or { a_m = ..., f = ... }.
 [[nodiscard]] Ellipsoid ReadEllipsoid(const TomlValue& value);

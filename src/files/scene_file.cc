@@ -109,6 +109,8 @@ void ReadTrajectoryErrorTable(const TomlValue& name,
   if (trajectory_error->table_time_s.size() < 2) name.Fail("has fewer than two rows");
 }
 
+}  // namespace
+
 SceneTrajectoryError ReadTrajectoryError(SceneTable& table, const std::filesystem::path* folder) {
   SceneTrajectoryError trajectory_error;
   table.Numbers("rms_m", &trajectory_error.rms_m);
@@ -135,6 +137,8 @@ SceneRecorder ReadRecorder(SceneTable& table) {
   table.Finish();
   return recorder;
 }
+
+namespace {
 
 SceneLooks ReadLooks(SceneTable& table) {
   using Blunder = SceneLooks::BlunderKind;

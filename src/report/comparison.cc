@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "comparison.h"
-
 #include "sarblock/geometry/frame.h"
 
 #include <algorithm>

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "map_sections.h"
-
 #include "sarblock/core/error.h"
 #include "sarblock/geometry/frame.h"
 

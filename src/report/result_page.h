@@ -3,13 +3,16 @@
 
 #include "sarblock/core/progress.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "charts.h"
 #include "headline.h"
 #include "page.h"
 #include "result_folder.h"
@@ -56,6 +59,60 @@ struct StripResiduals {
 
 /// A chart a pass, or a sentence in place of what the result does not have.
 [[nodiscard]] std::vector<PageItem> StripResidualItems(const ResultFolder& result);
+
+/// A box of the map plane.
+struct MapBox {
+  std::array<double, 2> low_m{kAbsent, kAbsent}, high_m{kAbsent, kAbsent};
+  void Add(const std::array<double, 2>& place_m);
+  /// With a margin on all sides.
+  [[nodiscard]] MapBox Widened(double margin_m) const;
+};
+
+/// Meridians and parallels of round degrees across the box `drawn`, so close that three to eight of
+/// each cross the box `seen` in it (meridians 30 degrees apart where they meet in it), named
+/// "45.5° N"; places in metres. Drawn at the height of the plane's origin. None in a local frame.
+[[nodiscard]] std::vector<MapChart::Line> GraticuleOf(const Frame& frame,
+                                                      const MapPlane& plane,
+                                                      const MapBox& seen,
+                                                      const MapBox& drawn);
+
+/// The map of a result and its caption. Points are coloured from the 2nd to the
+/// 98th percentile of the points that are not control; ellipses belong to these points too, since
+/// those of points fixed at their control coordinates say nothing about the block.
+struct BlockMap {
+  MapChart chart;
+  std::size_t placed = 0;   ///< points with a position; 0: there is no map
+  std::size_t sampled = 0;  ///< of these, in the chart
+  std::size_t passes = 0;   ///< of the chart
+};
+[[nodiscard]] BlockMap MapOf(const ResultFolder& result, const AccuracyFigures& accuracy);
+
+/// What changed from one result to another, points matched by name.
+struct ResultDifference {
+  struct Point {
+    std::uint32_t a = 0, b = 0;       ///< indices in the two results
+    std::array<double, 3> shift_m{};  ///< b - a in east, north, up (local: x, y, z)
+    double shift_length_m = 0.0;
+    /// Largest of the three components in units of the larger of the two standard deviations; NaN
+    /// where neither result has one.
+    double shift_sigmas = kAbsent;
+    std::array<double, 3> sigma_ratio{kAbsent, kAbsent, kAbsent};  ///< b over a
+  };
+  std::vector<Point> common;  ///< solved in both
+  std::size_t only_in_a = 0, only_in_b = 0;
+  struct Parameter {
+    std::uint32_t a = 0, b = 0;
+    double change = 0.0;             ///< b - a, in the parameter's unit
+    double change_sigmas = kAbsent;  ///< in units of the larger standard deviation
+  };
+  std::vector<Parameter> parameters;  ///< in both
+  std::size_t parameters_only_in_a = 0, parameters_only_in_b = 0;
+  /// Keys of the configuration whose values differ: key, value in a, value in b ("" : not there).
+  std::vector<std::array<std::string, 3>> settings;
+  /// Input files that differ, by name.
+  std::vector<std::string> inputs;
+};
+[[nodiscard]] ResultDifference CompareResults(const ResultFolder& a, const ResultFolder& b);
 
 /// What was written.
 struct ReportFile {

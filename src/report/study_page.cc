@@ -14,6 +14,10 @@
 #include "charts.h"
 #include "page.h"
 #include "result_folder.h"
+#include "studies/densification.h"
+#include "studies/design.h"
+#include "studies/stability.h"
+#include "studies/tradeoff.h"
 #include "tables/csv.h"
 #include "tables/open.h"
 #include "tables/toml.h"
@@ -64,21 +68,20 @@ std::string ColumnPhrase(const std::string& column) {
   return out;
 }
 
-PageTable WholeTable(const StudyCsv& table, const std::set<std::string>& texts) {
+PageTable WholeTable(const StudyCsv& table) {
   PageTable out;
   out.title = "All rows";
-  for (const std::string& column : table.columns) {
-    out.columns.push_back({ColumnPhrase(column), texts.count(column) == 0});
+  for (const StudyColumn& column : table.columns) {
+    out.columns.push_back({ColumnPhrase(column.name), column.kind != StudyCellKind::kText});
   }
   for (std::size_t r = 0; r < std::min(table.rows.size(), kMaxShownRows); ++r) {
     std::vector<std::string> row;
-    for (const std::string& column : table.columns) {
-      const std::string text = table.Text(r, column);
-      const double value = table.Number(r, column);
+    for (const StudyColumn& column : table.columns) {
+      const std::string text = table.Text(r, column.name);
+      const double value = table.Number(r, column.name);
       const bool whole = text.find_first_not_of("0123456789") == std::string::npos;
-      row.push_back(texts.count(column) != 0 || std::isnan(value) ? Shortened(text)
-                    : whole                                       ? ReadableCount(value)
-                                                                  : Shown(value));
+      const bool is_text = column.kind == StudyCellKind::kText || std::isnan(value);
+      row.push_back(is_text ? Shortened(text) : whole ? ReadableCount(value) : Shown(value));
     }
     out.rows.push_back(std::move(row));
   }
@@ -164,74 +167,16 @@ constexpr std::size_t kMaxPictureBytes = 1000000;
 constexpr std::size_t kMaxStudyRows = 20000;
 
 struct StudyKind {
-  const char* name;
-  std::vector<TableColumn> columns;  ///< the first is required
+  std::string name;
+  const std::vector<StudyColumn>& columns;
 };
 
-const std::vector<StudyKind>& Kinds() {
-  static const std::vector<StudyKind> kinds{{"densification",
-                                             {{"layout", ColumnNeed::kRequired},
-                                              {"control_points", ColumnNeed::kRequired},
-                                              {"tie_points"},
-                                              {"passes"},
-                                              {"median_sigma_e_m"},
-                                              {"median_sigma_n_m"},
-                                              {"median_sigma_u_m"},
-                                              {"max_sigma_h_m"},
-                                              {"max_sigma_u_m"},
-                                              {"montecarlo_rms_e_m"},
-                                              {"montecarlo_rms_n_m"},
-                                              {"montecarlo_rms_u_m"},
-                                              {"nees"},
-                                              {"runs"},
-                                              {"determined"},
-                                              {"variant"},
-                                              {"rms_sigma_u_m"}}},
-                                            {"design",
-                                             {{"axis_1", ColumnNeed::kRequired},
-                                              {"value_1", ColumnNeed::kRequired},
-                                              {"number_1"},
-                                              {"axis_2"},
-                                              {"value_2"},
-                                              {"median_sigma_along_m"},
-                                              {"median_sigma_across_m"},
-                                              {"median_sigma_up_m"},
-                                              {"max_sigma_along_m"},
-                                              {"max_sigma_across_m"},
-                                              {"max_sigma_up_m"},
-                                              {"worst_point"},
-                                              {"passes"},
-                                              {"control_points"},
-                                              {"looks_per_point"},
-                                              {"redundancy"},
-                                              {"flight_km"},
-                                              {"cost"},
-                                              {"reached"},
-                                              {"traded"},
-                                              {"pareto"},
-                                              {"determined"},
-                                              {"message"}}},
-                                            {"tradeoff",
-                                             {{"stage", ColumnNeed::kRequired},
-                                              {"choice", ColumnNeed::kRequired},
-                                              {"points"},
-                                              {"looks"},
-                                              {"wall_s"},
-                                              {"peak_mib"},
-                                              {"speed_ratio"},
-                                              {"position_error_sigma"},
-                                              {"covariance_error"},
-                                              {"pareto"}}},
-                                            {"stability",
-                                             {{"family", ColumnNeed::kRequired},
-                                              {"parameter"},
-                                              {"value"},
-                                              {"condition"},
-                                              {"outcome", ColumnNeed::kRequired},
-                                              {"covariance_digits"},
-                                              {"position_digits"},
-                                              {"message"}}}};
-  return kinds;
+/// In the order of the page.
+std::array<StudyKind, 4> Kinds() {
+  return {{{"densification", DensificationColumns()},
+           {"design", DesignColumns()},
+           {"tradeoff", TradeoffColumns()},
+           {"stability", StabilityColumns()}}};
 }
 
 std::vector<StudyPicture> ReadPictures(const std::filesystem::path& folder) {
@@ -284,8 +229,10 @@ bool StudyCsv::HasNumbers(const std::string& column) const {
 }
 
 std::size_t StudyCsv::Column(const std::string& name) const {
-  return static_cast<std::size_t>(std::find(columns.begin(), columns.end(), name) -
-                                  columns.begin());
+  const auto found = std::find_if(columns.begin(), columns.end(), [&](const StudyColumn& column) {
+    return column.name == name;
+  });
+  return static_cast<std::size_t>(found - columns.begin());
 }
 
 std::string StudyCsv::Text(std::size_t row, const std::string& column) const {
@@ -319,12 +266,21 @@ StudyFolder ReadStudyFolder(const std::filesystem::path& folder) {
     if (!file) continue;
     StudyCsv table;
     table.kind = kind.name;
-    const auto reader = ReadCsv(*file, AsTexts(kind.columns));
+    std::vector<TableColumn> schema;
+    std::vector<const StudyColumn*> shown;
+    for (const StudyColumn& column : kind.columns) {
+      if (column.report == InReport::kNo) continue;
+      const bool needed = column.report == InReport::kNeeded;
+      schema.push_back(
+          {column.name, needed ? ColumnNeed::kRequired : ColumnNeed::kOptional, CellKind::kText});
+      shown.push_back(&column);
+    }
+    const auto reader = ReadCsv(*file, schema);
     std::vector<std::size_t> there;
-    for (std::size_t c = 0; c < kind.columns.size(); ++c) {
+    for (std::size_t c = 0; c < schema.size(); ++c) {
       if (!reader->Has(c)) continue;
       there.push_back(c);
-      table.columns.emplace_back(kind.columns[c].name);
+      table.columns.push_back(*shown[c]);
     }
     ForRows(reader.get(), [&](const Row& row) {
       if (table.rows.size() == kMaxStudyRows) return;
@@ -332,8 +288,8 @@ StudyFolder ReadStudyFolder(const std::filesystem::path& folder) {
       for (const std::size_t c : there) cells.emplace_back(row.Text(c));
     });
     out.tables.push_back(std::move(table));
-    ReadHeading(folder / (std::string(kind.name) + ".study.toml"), &out);
-    for (std::string& line : ReadLines(folder / (std::string(kind.name) + ".txt"))) {
+    ReadHeading(folder / (kind.name + ".study.toml"), &out);
+    for (std::string& line : ReadLines(folder / (kind.name + ".txt"))) {
       out.answers.push_back(std::move(line));
     }
   }
@@ -551,7 +507,7 @@ StudyPart DensificationPart(const StudyCsv& table) {
       PageText{"Lines: predicted by the covariance; of all points their root mean square. Black "
                "dots: root mean square errors of repeated adjustments with drawn noise.",
                "note"});
-  out.section.items.emplace_back(WholeTable(table, {"layout", "variant"}));
+  out.section.items.emplace_back(WholeTable(table));
   return out;
 }
 
@@ -694,7 +650,7 @@ StudyPart TradeoffPart(const StudyCsv& table) {
     }
   }
   out.section.items.emplace_back(std::move(figures));
-  PageTable whole = WholeTable(table, {"stage", "choice"});
+  PageTable whole = WholeTable(table);
   for (std::size_t r = 0; r < whole.rows.size(); ++r) {
     if (table.Text(r, "pareto") == "1") whole.marked.push_back(r);
   }
@@ -794,7 +750,7 @@ StudyPart StabilityPart(const StudyCsv& table) {
     }
   }
   out.section.items.emplace_back(std::move(counts));
-  out.section.items.emplace_back(WholeTable(table, {"family", "parameter", "outcome", "message"}));
+  out.section.items.emplace_back(WholeTable(table));
   return out;
 }
 

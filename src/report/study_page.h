@@ -2,18 +2,18 @@
 #pragma once
 
 #include <filesystem>
-#include <set>
 #include <string>
 #include <vector>
 
 #include "page.h"
+#include "studies/study.h"
 
 namespace sarblock {
 
-/// A table of a study: the known columns (docs/formats.md), texts and numbers, by row.
+/// A table of a study: those of its columns that a report shows, texts and numbers, by row.
 struct StudyCsv {
   std::string kind;  ///< "densification", "design", "tradeoff", "stability"
-  std::vector<std::string> columns;
+  std::vector<StudyColumn> columns;
   std::vector<std::vector<std::string>> rows;  ///< by row and column; empty: not given
 
   /// Index of a column; columns.size() where the table has none of the name.
@@ -57,7 +57,7 @@ struct StudyPart {
 [[nodiscard]] StudyPart StabilityPart(const StudyCsv& table);
 
 /// All rows of a table, numbers shortened, headings in words.
-[[nodiscard]] PageTable WholeTable(const StudyCsv& table, const std::set<std::string>& texts);
+[[nodiscard]] PageTable WholeTable(const StudyCsv& table);
 /// "median sigma up [m]" for "median_sigma_u_m".
 [[nodiscard]] std::string ColumnPhrase(const std::string& column);
 /// Rows of one value of a column, in the order of a number; those without it come last.

@@ -69,14 +69,11 @@ Accuracy SummariseAccuracy(const std::vector<SymmetricEnu>& points_m2,
   return out;
 }
 
-namespace {
-
-using Kind = StudyCellKind;
-
 const std::vector<StudyColumn>& DensificationColumns() {
+  using Kind = StudyCellKind;
   static const std::vector<StudyColumn> columns = {
-      {"layout", Kind::kText},
-      {"control_points", Kind::kInteger},
+      {"layout", Kind::kText, InReport::kNeeded},
+      {"control_points", Kind::kInteger, InReport::kNeeded},
       {"tie_points", Kind::kInteger},
       {"passes", Kind::kInteger},
       {"median_sigma_e_m"},
@@ -91,26 +88,28 @@ const std::vector<StudyColumn>& DensificationColumns() {
       {"runs", Kind::kInteger},
       {"determined", Kind::kInteger},
       {"variant", Kind::kText},
-      {"looks", Kind::kInteger},
-      {"median_sigma_h_m"},
-      {"rms_sigma_e_m"},
-      {"rms_sigma_n_m"},
+      {"looks", Kind::kInteger, InReport::kNo},
+      {"median_sigma_h_m", Kind::kNumber, InReport::kNo},
+      {"rms_sigma_e_m", Kind::kNumber, InReport::kNo},
+      {"rms_sigma_n_m", Kind::kNumber, InReport::kNo},
       {"rms_sigma_u_m"},
-      {"neighbour_distance_m"},
-      {"median_difference_sigma_e_m"},
-      {"median_difference_sigma_n_m"},
-      {"median_difference_sigma_u_m"},
-      {"nees_lower"},
-      {"nees_upper"},
-      {"agrees", Kind::kInteger},
-      {"added_point", Kind::kText},
-      {"added_east_m"},
-      {"added_north_m"},
-      {"message", Kind::kText},
-      {"criterion_m2"},
+      {"neighbour_distance_m", Kind::kNumber, InReport::kNo},
+      {"median_difference_sigma_e_m", Kind::kNumber, InReport::kNo},
+      {"median_difference_sigma_n_m", Kind::kNumber, InReport::kNo},
+      {"median_difference_sigma_u_m", Kind::kNumber, InReport::kNo},
+      {"nees_lower", Kind::kNumber, InReport::kNo},
+      {"nees_upper", Kind::kNumber, InReport::kNo},
+      {"agrees", Kind::kInteger, InReport::kNo},
+      {"added_point", Kind::kText, InReport::kNo},
+      {"added_east_m", Kind::kNumber, InReport::kNo},
+      {"added_north_m", Kind::kNumber, InReport::kNo},
+      {"message", Kind::kText, InReport::kNo},
+      {"criterion_m2", Kind::kNumber, InReport::kNo},
   };
   return columns;
 }
+
+namespace {
 
 void SetAccuracy(const Accuracy& accuracy, StudyRowMaker* row) {
   const std::array<std::string, 3> axes = {"e", "n", "u"};

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "densification_file.h"
-
 #include "sarblock/core/error.h"
 #include "sarblock/files/adjust_options.h"
 #include "sarblock/files/scene_file.h"

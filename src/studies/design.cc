@@ -116,12 +116,12 @@ std::vector<std::string> DesignKeys() {
 
 const std::vector<StudyColumn>& DesignColumns() {
   using Cell = StudyCellKind;
-  static const std::vector<StudyColumn> columns = {{"axis_1", Cell::kText},
-                                                   {"value_1", Cell::kText},
+  static const std::vector<StudyColumn> columns = {{"axis_1", Cell::kText, InReport::kNeeded},
+                                                   {"value_1", Cell::kText, InReport::kNeeded},
                                                    {"number_1"},
                                                    {"axis_2", Cell::kText},
                                                    {"value_2", Cell::kText},
-                                                   {"number_2"},
+                                                   {"number_2", Cell::kNumber, InReport::kNo},
                                                    {"median_sigma_along_m"},
                                                    {"median_sigma_across_m"},
                                                    {"median_sigma_up_m"},
@@ -131,7 +131,7 @@ const std::vector<StudyColumn>& DesignColumns() {
                                                    {"worst_point", Cell::kText},
                                                    {"passes", Cell::kInteger},
                                                    {"control_points", Cell::kInteger},
-                                                   {"points", Cell::kInteger},
+                                                   {"points", Cell::kInteger, InReport::kNo},
                                                    {"looks_per_point"},
                                                    {"redundancy"},
                                                    {"flight_km"},

@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <limits>
 #include <map>
+#include <memory>
 #include <set>
 #include <sstream>
 
@@ -18,7 +19,6 @@
 #include "normals/point.h"
 #include "quality/groups.h"
 #include "quality/point_sweep.h"
-#include "stability_plan.h"
 #include "study.h"
 #include "tables/toml.h"
 
@@ -135,16 +135,14 @@ StabilityOutcome JudgeStability(const StabilityRow& row, const std::vector<std::
   return row.exit_code == 0 && silent ? StabilityOutcome::kOk : StabilityOutcome::kWarned;
 }
 
-StabilityRow RunStabilityStep(const std::string& family,
+StabilityRow RunStabilityStep(const StabilityFamily& family,
                               double value,
                               int threads,
                               ProgressSink* progress) {
-  StabilityPlan plan = PlanOf(family, value);
+  StabilityPlan plan = family.plan(value);
   StabilityRow row;
-  row.family = family;
-  for (const StabilityFamily& known : StabilityFamilies()) {
-    if (known.name == family) row.parameter = known.parameter;
-  }
+  row.family = family.name;
+  row.parameter = family.parameter;
   row.value = value;
   plan.options.threads = threads;
   AdjustResult result;
@@ -356,31 +354,23 @@ constexpr std::array kOutcomes = {StabilityOutcome::kOk,
                                   StabilityOutcome::kWrong};
 using OutcomeCounts = std::array<std::size_t, kOutcomes.size()>;
 
-StudyCell CellOrEmpty(double value) {
-  return std::isfinite(value) ? StudyCell(value) : StudyCell();
-}
-
-std::string OneLine(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-  return text;
-}
-
 StudyRow RowOf(const StabilityRow& row) {
-  return {row.family,
-          row.parameter,
-          row.value,
-          CellOrEmpty(row.condition),
-          std::string(NameOf(row.outcome)),
-          CellOrEmpty(row.covariance_digits),
-          CellOrEmpty(row.position_digits),
-          OneLine(row.message),
-          static_cast<std::int64_t>(row.exit_code),
-          CellOrEmpty(row.sigma_digits),
-          CellOrEmpty(row.error_sigma),
-          CellOrEmpty(row.normal_digits),
-          CellOrEmpty(row.single_digits),
-          CellOrEmpty(row.ceres_digits)};
+  StudyRowMaker cells(StabilityColumns());
+  cells.Set("family", row.family)
+      .Set("parameter", row.parameter)
+      .Set("value", row.value)
+      .Set("condition", row.condition)
+      .Set("outcome", NameOf(row.outcome))
+      .Set("covariance_digits", row.covariance_digits)
+      .Set("position_digits", row.position_digits)
+      .Message(row.message)
+      .Set("exit_code", static_cast<std::int64_t>(row.exit_code))
+      .Set("sigma_digits", row.sigma_digits)
+      .Set("error_sigma", row.error_sigma)
+      .Set("normal_digits", row.normal_digits)
+      .Set("single_digits", row.single_digits)
+      .Set("ceres_digits", row.ceres_digits);
+  return cells.row();
 }
 
 std::string Number(double value, const char* format = "%.3g") {
@@ -447,29 +437,35 @@ std::vector<std::string> DigitsByCondition(const StudyTable& table) {
 
 }  // namespace
 
+const std::vector<StudyColumn>& StabilityColumns() {
+  using Kind = StudyCellKind;
+  static const std::vector<StudyColumn> columns = {{"family", Kind::kText, InReport::kNeeded},
+                                                   {"parameter", Kind::kText},
+                                                   {"value"},
+                                                   {"condition"},
+                                                   {"outcome", Kind::kText, InReport::kNeeded},
+                                                   {"covariance_digits"},
+                                                   {"position_digits"},
+                                                   {"message", Kind::kText},
+                                                   {"exit_code", Kind::kInteger, InReport::kNo},
+                                                   {"sigma_digits", Kind::kNumber, InReport::kNo},
+                                                   {"error_sigma", Kind::kNumber, InReport::kNo},
+                                                   {"normal_digits", Kind::kNumber, InReport::kNo},
+                                                   {"single_digits", Kind::kNumber, InReport::kNo},
+                                                   {"ceres_digits", Kind::kNumber, InReport::kNo}};
+  return columns;
+}
+
 StudyPlan PlanStability(const StabilityStudy& study) {
   StudyPlan plan;
-  plan.columns = {{"family", StudyCellKind::kText},
-                  {"parameter", StudyCellKind::kText},
-                  {"value"},
-                  {"condition"},
-                  {"outcome", StudyCellKind::kText},
-                  {"covariance_digits"},
-                  {"position_digits"},
-                  {"message", StudyCellKind::kText},
-                  {"exit_code", StudyCellKind::kInteger},
-                  {"sigma_digits"},
-                  {"error_sigma"},
-                  {"normal_digits"},
-                  {"single_digits"},
-                  {"ceres_digits"}};
+  plan.columns = StabilityColumns();
   for (const StabilityFamily& family : study.families) {
     for (const double value : family.values) {
       plan.tasks.push_back(
-          {family.name + " " + Number(value), [name = family.name, value](ProgressSink* progress) {
+          {family.name + " " + Number(value), [family, value](ProgressSink* progress) {
              // All cores: a limit would apply to the steps that run at the same time too.
              return std::vector<StudyRow>{
-                 RowOf(RunStabilityStep(name, value, AvailableCores(), progress))};
+                 RowOf(RunStabilityStep(family, value, AvailableCores(), progress))};
            }});
     }
   }
@@ -550,7 +546,7 @@ StabilityStudy ParseStability(std::string_view text,
   if (const auto seed = table.Take("seed")) {
     seed->Fail("is not used here: every family has its own noise");
   }
-  const std::vector<StabilityFamily> all = StabilityFamilies();
+  const std::vector<StabilityFamily>& all = StabilityFamilies();
   std::vector<std::string> names;
   for (const StabilityFamily& family : all) names.push_back(family.name);
   std::set<std::string> taken;
@@ -562,12 +558,21 @@ StabilityStudy ParseStability(std::string_view text,
   if (const auto listed = table.Take("families")) {
     for (const TomlValue& entry : listed->Entries()) study.families.push_back(named(entry));
   }
-  for (SceneTable& given : table.Tables("family")) {
-    const auto name = given.Take("name");
-    if (!name) throw InputError(given.PlaceOf("name"), "must be given");
+  static_cast<void>(table.Table("block"));  // read with the families that are made of it
+  const auto own =
+      std::make_shared<const FamilyText>(FamilyText{std::string(text), file, overrides});
+  std::vector<SceneTable> given = table.Tables("family");
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    const auto name = given[i].Take("name");
+    if (!name) throw InputError(given[i].PlaceOf("name"), "must be given");
+    if (given[i].Has("block")) {
+      if (!taken.insert(name->Text()).second) name->Fail("is given twice");
+      study.families.push_back(FamilyOfStudy(&given[i], i, own));
+      continue;
+    }
     StabilityFamily family = named(*name);
-    if (const auto values = given.Take("values")) ReadValues(*values, &family);
-    given.Finish();
+    if (const auto values = given[i].Take("values")) ReadValues(*values, &family);
+    given[i].Finish();
     study.families.push_back(std::move(family));
   }
   table.Finish();

@@ -3,792 +3,488 @@
 #include "sarblock/core/id_table.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <map>
+#include <memory>
+#include <set>
+#include <utility>
+#include <variant>
 
-#include "stability_plan.h"
+#include "core/text.h"
+#include "files/block_reader.h"
+#include "files/correction_options.h"
+#include "stability.h"
+#include "tables/toml.h"
 
 namespace sarblock {
 namespace {
 
-/// Four passes of one side along x, antenna i at elevation and distance from the middle.
-StabilityPlan OneSide(double heading_rad = 0.0) {
-  StabilityPlan plan = AircraftPlan();
-  plan.swing_m = 0.0;
-  plan.passes.assign(4, {LookSide::kLeft, heading_rad, 9370.0, 9130.0});
-  return plan;
+/// Numbers that a formula may name.
+using Names = std::map<std::string, double, std::less<>>;
+
+/// A formula of a study file: numbers, names, + - * /, parentheses and functions of one or two
+/// numbers.
+class Formula {
+ public:
+  /// `place` is where it stands, for messages.
+  Formula(std::string_view text, const Names& names, const TomlValue& place)
+      : rest_(text), names_(names), place_(place) {}
+
+  [[nodiscard]] double Value() {
+    const double value = Sum();
+    if (Next() != '\0') Fail("cannot be read from " + Quoted(std::string(rest_)));
+    if (!std::isfinite(value)) Fail("is not a finite number");
+    return value;
+  }
+
+ private:
+  struct Function {
+    int arguments;
+    double (*of)(double a, double b);
+  };
+
+  [[noreturn]] void Fail(const std::string& problem) const {
+    const auto value = names_.find("v");
+    place_.Fail(problem + (value == names_.end() ? "" : " at v = " + NumberText(value->second)));
+  }
+
+  /// The next character that is no blank; 0 at the end.
+  char Next() {
+    rest_.remove_prefix(std::min(rest_.find_first_not_of(' '), rest_.size()));
+    return rest_.empty() ? '\0' : rest_.front();
+  }
+  bool Take(char c) {
+    if (Next() != c) return false;
+    rest_.remove_prefix(1);
+    return true;
+  }
+  void Require(char c) {
+    if (!Take(c)) Fail("needs '" + std::string(1, c) + "' before " + Quoted(std::string(rest_)));
+  }
+
+  double Sum() {
+    double value = Product();
+    for (;;) {
+      if (Take('+')) {
+        value += Product();
+      } else if (Take('-')) {
+        value -= Product();
+      } else {
+        return value;
+      }
+    }
+  }
+  double Product() {
+    double value = Factor();
+    for (;;) {
+      if (Take('*')) {
+        value *= Factor();
+      } else if (Take('/')) {
+        value /= Factor();
+      } else {
+        return value;
+      }
+    }
+  }
+  double Factor() {
+    constexpr int kMaxDepth = 100;
+    if (++depth_ > kMaxDepth) Fail("is nested too deeply");
+    const double value = Take('-') ? -Factor() : Operand();
+    --depth_;
+    return value;
+  }
+  double Operand() {
+    if (Take('(')) {
+      const double value = Sum();
+      Require(')');
+      return value;
+    }
+    double number = 0.0;
+    Next();
+    const auto [end, error] = std::from_chars(rest_.data(), rest_.data() + rest_.size(), number);
+    if (error == std::errc()) {
+      rest_.remove_prefix(static_cast<std::size_t>(end - rest_.data()));
+      return number;
+    }
+    const std::size_t length =
+        std::min(rest_.find_first_not_of("abcdefghijklmnopqrstuvwxyz_0123456789"), rest_.size());
+    const std::string name(rest_.substr(0, length));
+    rest_.remove_prefix(length);
+    return Take('(') ? Call(name) : Named(name);
+  }
+  double Call(const std::string& name) {
+    static const std::map<std::string, Function> kFunctions = {
+        {"cos", {1, [](double a, double) { return std::cos(a); }}},
+        {"exp", {1, [](double a, double) { return std::exp(a); }}},
+        {"log", {1, [](double a, double) { return std::log(a); }}},
+        {"max", {2, [](double a, double b) { return std::max(a, b); }}},
+        {"min", {2, [](double a, double b) { return std::min(a, b); }}},
+        {"sin", {1, [](double a, double) { return std::sin(a); }}},
+        {"sqrt", {1, [](double a, double) { return std::sqrt(a); }}},
+        {"tan", {1, [](double a, double) { return std::tan(a); }}}};
+    const auto found = kFunctions.find(name);
+    if (found == kFunctions.end()) RefuseName(name, "function", kFunctions);
+    const double a = Sum();
+    if (found->second.arguments == 2) Require(',');
+    const double b = found->second.arguments == 2 ? Sum() : 0.0;
+    Require(')');
+    return found->second.of(a, b);
+  }
+  double Named(const std::string& name) const {
+    const auto found = names_.find(name);
+    if (found == names_.end()) RefuseName(name, "number", names_);
+    return found->second;
+  }
+  template <typename Map>
+  [[noreturn]] void RefuseName(const std::string& name, const char* noun, const Map& known) const {
+    if (name.empty()) Fail(std::string("needs a number before ") + Quoted(std::string(rest_)));
+    std::vector<std::string> names;
+    for (const auto& entry : known) names.push_back(entry.first);
+    Fail("has no " + std::string(noun) + " " + Quoted(name) + ", " + Listed(names) + " is allowed" +
+         DidYouMean(NearestName(name, names)));
+  }
+
+  std::string_view rest_;
+  const Names& names_;
+  const TomlValue& place_;
+  int depth_ = 0;
+};
+
+bool IsFormula(const toml::node& node) {
+  const auto* const text = node.as_string();
+  return text != nullptr && (*text)->starts_with('=');
 }
 
-/// Area and relief no larger than the height allows.
-void FitArea(double height_m, StabilityPlan* plan) {
-  plan->along_m = plan->across_m = std::min(3900.0, 0.3 * height_m);
-  plan->relief_m = std::min(640.0, 0.05 * height_m);
-  plan->swing_m = std::min(5.3, 1e-3 * height_m);
+/// A number, or that of a formula.
+double NumberOf(const TomlValue& value, const Names& names) {
+  if (!IsFormula(value.node())) return value.Number();
+  const std::string text = value.Text();
+  return Formula(std::string_view(text).substr(1), names, value).Value();
 }
 
-/// Squints in degrees up to a line of sight along the flight.
-const std::vector<double>& Squints() {
-  static const std::vector<double> kSquints_deg = {
-      0, 0.1, 1, 5, 10, 20, 30, 45, 60, 70, 80, 85, 88, 89, 89.5, 89.9};
-  return kSquints_deg;
+/// Puts numbers in place of the formulas of a table or a list, but for those of each pass: what
+/// reads it afterwards finds numbers where the file has formulas, at the same lines.
+template <typename Container>
+void Evaluate(const std::string& key, const Names& names, Container* container) {
+  const auto evaluate = [&](const std::string& name, toml::node& node, const auto& replace) {
+    if (toml::table* table = node.as_table()) {
+      Evaluate(name, names, table);
+    } else if (toml::array* array = node.as_array()) {
+      Evaluate(name, names, array);
+    } else if (IsFormula(node)) {
+      const TomlValue value(node, name);
+      const double number = NumberOf(value, names);
+      const bool whole = number == std::floor(number) && std::abs(number) < 1e15;
+      // Parsed below as many lines, since only what is parsed has a place.
+      toml::table parsed = toml::parse(
+          std::string(std::max<std::size_t>(value.Place().line, 1) - 1, '\n') + "v = " +
+              (whole ? std::to_string(static_cast<std::int64_t>(number)) : NumberText(number)),
+          value.Place().file);
+      parsed.get("v")->visit([&](auto& placed) { replace(std::move(placed)); });
+    }
+  };
+  if constexpr (std::is_same_v<Container, toml::table>) {
+    for (auto&& [name, node] : *container) {
+      if (name.str() == "each_pass") continue;
+      evaluate(key + "." + std::string(name.str()), node, [&, &at = name](auto&& placed) {
+        container->insert_or_assign(at, std::forward<decltype(placed)>(placed));
+      });
+    }
+  } else {
+    for (std::size_t i = 0; i < container->size(); ++i) {
+      evaluate(key + "[" + std::to_string(i) + "]", (*container)[i], [&](auto&& placed) {
+        container->replace(container->cbegin() + static_cast<std::ptrdiff_t>(i),
+                           std::forward<decltype(placed)>(placed));
+      });
+    }
+  }
 }
 
-StabilityPlan Squinted(double squint_deg) {
-  StabilityPlan plan = AircraftPlan();
-  for (PlannedPass& pass : plan.passes) pass.squint_rad = squint_deg * kRadPerDeg;
-  return plan;
+/// Bounds that keep a step within the seconds and the memory that a study of small blocks means.
+constexpr int kMaxPasses = 1000, kMaxPoints = 1000, kMaxStates = 100000;
+constexpr std::size_t kMaxValues = 1000, kMaxStatesOfAllPasses = 2000000;
+
+/// The keys of a pass over what it is; formulas may name its own numbers.
+void ReadPass(SceneTable table, Names names, PlannedPass* pass) {
+  table.Choice<LookSide>(
+      "look", {{"left", LookSide::kLeft}, {"right", LookSide::kRight}}, &pass->side);
+  const std::array<std::pair<const char*, double*>, 5> numbers = {
+      {{"heading_rad", &pass->heading_rad},
+       {"ground_range_m", &pass->ground_range_m},
+       {"height_m", &pass->height_m},
+       {"squint_rad", &pass->squint_rad},
+       {"range_sigma_factor", &pass->range_sigma_factor}}};
+  for (const auto& [key, number] : numbers) names.emplace(key, *number);
+  for (const auto& [key, number] : numbers) {
+    if (const auto given = table.Take(key)) *number = NumberOf(*given, names);
+  }
+  if (!(pass->range_sigma_factor > 0.0)) {
+    throw InputError(table.PlaceOf("range_sigma_factor"), "must be above 0");
+  }
+  table.Finish();
 }
 
-/// Their Doppler centroids are given in place of angles.
-StabilityPlan SquintedByDoppler(double squint_deg) {
-  StabilityPlan plan = Squinted(squint_deg);
-  plan.doppler_wavelength_m = 0.031;
-  return plan;
+void ReadPasses(SceneTable* table, const Names& names, StabilityPlan* plan) {
+  if (table->Has("passes")) plan->passes.clear();
+  for (SceneTable& given : table->Tables("passes")) {
+    ReadPass(given, names, &plan->passes.emplace_back());
+  }
+  if (plan->passes.empty()) throw InputError(table->PlaceOf("passes"), "has no pass");
+  if (const auto count = table->Take("pass_count")) {
+    const std::vector<PlannedPass> listed = plan->passes;
+    plan->passes.resize(static_cast<std::size_t>(count->Integer(1, kMaxPasses)));
+    for (std::size_t i = listed.size(); i < plan->passes.size(); ++i) {
+      plan->passes[i] = listed[i % listed.size()];
+    }
+  }
+  if (const auto first = table->Table("first_pass")) ReadPass(*first, names, &plan->passes[0]);
+  const auto each = table->Table("each_pass");
+  Names of_pass = names;
+  for (std::size_t i = 0; each && i < plan->passes.size(); ++i) {
+    of_pass["i"] = static_cast<double>(i);
+    ReadPass(*each, of_pass, &plan->passes[i]);
+  }
+}
+
+void ReadSigmas(SceneTable* table, LookSigma* sigma) {
+  if (const auto given = table->Take("range_sigma_m")) sigma->range_m = given->Positive();
+  constexpr std::array<std::pair<const char*, AzimuthUnit>, 3> kAzimuth = {
+      {{"azimuth_sigma_m", AzimuthUnit::kMetres},
+       {"azimuth_sigma_s", AzimuthUnit::kSeconds},
+       {"doppler_sigma_hz", AzimuthUnit::kHertz}}};
+  bool taken = false;
+  for (const auto& [key, unit] : kAzimuth) {
+    const auto given = table->Take(key);
+    if (!given) continue;
+    if (std::exchange(taken, true)) given->Fail("excludes another sigma of azimuth; give one");
+    sigma->azimuth = given->Positive();
+    sigma->azimuth_unit = unit;
+  }
+}
+
+void ReadControl(SceneTable* table, StabilityPlan* plan) {
+  table->Numbers("control_sigma_m", &plan->control_sigma_m);
+  for (const double sigma_m : plan->control_sigma_m) {
+    if (!(sigma_m > 0.0)) throw InputError(table->PlaceOf("control_sigma_m"), "must be above 0");
+  }
+  table->Number("control_correlation", &plan->control_correlation);
+  if (!(std::abs(plan->control_correlation) < 1.0)) {
+    throw InputError(table->PlaceOf("control_correlation"), "must lie between -1 and 1");
+  }
+  const auto given = table->Take("control_points");
+  if (given) plan->control_points.clear();
+  for (const TomlValue& point : given ? given->Entries() : std::vector<TomlValue>()) {
+    const int index = point.Integer(0, kMaxPoints - 1);
+    if (plan->IsControl(static_cast<std::size_t>(index))) point.Fail("is given twice");
+    plan->control_points.push_back(static_cast<std::size_t>(index));
+  }
+  for (const std::size_t point : plan->control_points) {
+    if (point >= plan->points) {
+      throw InputError(table->PlaceOf("control_points"),
+                       "names point " + std::to_string(point) + ", the block has " +
+                           std::to_string(plan->points) + ", counted from 0");
+    }
+  }
+}
+
+/// The keys of a block or of a family over what it is.
+void ReadPlan(const TomlTable& toml, const Names& names, SceneTable* table, StabilityPlan* plan) {
+  table->Truth("orbit", &plan->orbit);
+  ReadPasses(table, names, plan);
+  if (const auto count = table->Take("points")) {
+    plan->points = static_cast<std::size_t>(count->Integer(1, kMaxPoints));
+  }
+  if (const auto count = table->Take("states")) {
+    plan->states = static_cast<std::size_t>(count->Integer(2, kMaxStates));
+  }
+  if (plan->states * plan->passes.size() > kMaxStatesOfAllPasses) {
+    throw InputError(table->PlaceOf("states"),
+                     "are more than " + std::to_string(kMaxStatesOfAllPasses) + " of all passes");
+  }
+  if (const auto speed = table->Take("speed_mps")) plan->speed_mps = speed->Positive();
+  table->Number("body_radius_m", &plan->body_radius_m);
+  table->Number("along_m", &plan->along_m);
+  table->Number("across_m", &plan->across_m);
+  table->Number("relief_m", &plan->relief_m);
+  table->Number("swing_m", &plan->swing_m);
+  table->Number("doppler_wavelength_m", &plan->doppler_wavelength_m);
+  table->Number("noise", &plan->noise);
+  table->Number("control_spread", &plan->control_spread);
+  std::array<double, 3> origin_m{};
+  if (table->Numbers("origin_m", &origin_m)) plan->origin_m = Eigen::Vector3d(origin_m.data());
+  table->Number("time_origin_s", &plan->time_origin_s);
+  table->Number("time_margin_s", &plan->time_margin_s);
+  table->Number("strip_factor", &plan->strip_factor);
+  table->Number("start_error_m", &plan->start_error_m);
+  table->Number("blunder", &plan->blunder);
+  table->Number("path_error_m", &plan->path_error_m);
+  ReadSigmas(table, &plan->sigma);
+  ReadControl(table, plan);
+  if (auto recorder = table->Table("recorder")) {
+    plan->recorder = ReadRecorder(*recorder);
+    if (!(plan->recorder->rate_hz > 0.0)) {
+      throw InputError(recorder->PlaceOf("rate_hz"), "must be given, above 0");
+    }
+  }
+  if (auto wander = table->Table("wander")) {
+    plan->trajectory_error = ReadTrajectoryError(*wander, nullptr);
+    if (!plan->recorder) {
+      throw InputError(wander->PlaceOf("rms_m"), "is of recorded flights, give recorder");
+    }
+  }
+  if (table->Take("adjust")) {
+    std::vector<std::string> ids;
+    for (std::size_t i = 0; i < plan->passes.size(); ++i) ids.push_back(StabilityPassId(i));
+    plan->options = ReadAdjust(toml, ids);
+    if (!plan->options.rejections_file.empty() || !plan->options.pairs_file.empty()) {
+      throw InputError(table->PlaceOf("adjust"), "names files, which these blocks do not have");
+    }
+  }
+  // [adjust] has it in degrees, which not every number of radians is.
+  if (const auto sigma = table->Take("squint_bias_sigma_rad")) {
+    for (const CorrectionGroup& group : plan->options.groups) {
+      if (std::holds_alternative<SquintCorrection>(group.model)) {
+        sigma->Fail("excludes adjust.correction.squint; give one");
+      }
+    }
+    plan->options.corrections = CorrectionChoice::kGiven;
+    plan->options.groups.push_back({"squint", SquintCorrection{sigma->Positive()}, {}, false});
+  }
+}
+
+const FamilyText& OfTheProgram() {
+  constexpr char kFile[] = "stability_families.toml";
+  static const FamilyText kText{std::string(FamiliesText(kFile)), kFile, {}};
+  return kText;
+}
+
+/// Plans of blocks and families as the tables of a study say.
+class PlanReader {
+ public:
+  PlanReader(const FamilyText& study, double value)
+      : roots_{study.Parsed(), OfTheProgram().Parsed()},
+        names_{{"v", value}, {"deg", kRadPerDeg}, {"ppm", 1e-6}} {}
+
+  [[nodiscard]] StabilityPlan Family(std::size_t index) {
+    toml::table* table = roots_[0].get("family")->as_array()->get(index)->as_table();
+    return Read("family." + std::to_string(index),
+                {"name", "parameter", "about", "values", "whole"},
+                table);
+  }
+
+ private:
+  StabilityPlan Block(const TomlValue& name) {
+    std::vector<std::string> names;
+    for (toml::table& root : roots_) {
+      toml::table* const blocks = root["block"].as_table();
+      if (blocks == nullptr) continue;
+      for (auto&& [key, node] : *blocks) {
+        names.emplace_back(key.str());
+        if (names.back() != name.Text() || !node.is_table()) continue;
+        if (!open_.insert(names.back()).second) name.Fail("is based on itself");
+        return Read("block." + names.back(), {}, node.as_table());
+      }
+    }
+    name.Fail("the block " + Quoted(name.Text()) + " does not exist" +
+              DidYouMean(NearestName(name.Text(), names)));
+  }
+
+  StabilityPlan Read(const std::string& key,
+                     const std::vector<const char*>& also,
+                     toml::table* toml) {
+    Evaluate(key, names_, toml);
+    const TomlTable given(*toml, key);
+    SceneTable table(given);
+    StabilityPlan plan;
+    if (const auto block = table.Take("block")) plan = Block(*block);
+    ReadPlan(given, names_, &table, &plan);
+    for (const char* other : also) static_cast<void>(table.Take(other));
+    table.Finish();
+    return plan;
+  }
+
+  std::array<toml::table, 2> roots_;  ///< of the study, of the program
+  Names names_;
+  std::set<std::string> open_;  ///< blocks that are being read
+};
+
+/// `values` as a list, or with equal ratios from one to another, after a first one if given.
+std::vector<double> ReadFamilyValues(const TomlValue& given) {
+  std::vector<double> values;
+  if (given.IsArray()) {
+    for (const TomlValue& entry : given.Entries()) values.push_back(entry.Number());
+    if (values.empty()) given.Fail("must not be empty");
+  } else {
+    SceneTable table{TomlTable(given)};
+    if (const auto first = table.Take("first")) values.push_back(first->Number());
+    const auto from = table.Take("from"), to = table.Take("to"), count = table.Take("count");
+    if (!from || !to || !count) given.Fail("needs from, to and count, or is a list");
+    const int most = static_cast<int>(kMaxValues) - 1;
+    for (const double value : Ratios(from->Positive(), to->Positive(), count->Integer(2, most))) {
+      values.push_back(value);
+    }
+    table.Finish();
+  }
+  if (values.size() > kMaxValues) {
+    given.Fail("are more than " + std::to_string(kMaxValues));
+  }
+  return values;
+}
+
+StabilityFamily ReadFamily(SceneTable* table,
+                           std::size_t index,
+                           const std::shared_ptr<const FamilyText>& study) {
+  StabilityFamily family;
+  for (const auto& [key, text] :
+       {std::pair{"name", &family.name}, std::pair{"parameter", &family.parameter}}) {
+    const auto given = table->Take(key);
+    if (!given) throw InputError(table->PlaceOf(key), "must be given");
+    *text = given->Text();
+    if (text->empty() || text->find_first_of("\r\n") != std::string::npos) {
+      given->Fail("must be one line, not empty");
+    }
+  }
+  table->Text("about", &family.about);
+  table->Truth("whole", &family.whole);
+  const auto values = table->Take("values");
+  if (!values) throw InputError(table->PlaceOf("values"), "must be given");
+  family.values = ReadFamilyValues(*values);
+  family.plan = [study, index](double value) { return PlanReader(*study, value).Family(index); };
+  return family;
 }
 
 }  // namespace
 
-const std::vector<PlannedFamily>& GeometryFamilies() {
-  static const std::vector<PlannedFamily> kFamilies = {
-      {"intersection-angle",
-       "angle_deg",
-       "four passes of one side within an angle at the points",
-       Ratios(60.0, 1e-6, 16),
-       [](double v) {
-         StabilityPlan plan = OneSide();
-         for (std::size_t i = 0; i < 4; ++i) {
-           const double elevation = (45.0 + v * (static_cast<double>(i) / 3.0 - 0.5)) * kRadPerDeg;
-           plan.passes[i].ground_range_m = 13000.0 * std::cos(elevation);
-           plan.passes[i].height_m = 13000.0 * std::sin(elevation);
-         }
-         return plan;
-       }},
-      {"base",
-       "base_m",
-       "four passes of one side at one height within a base",
-       Prepend(0.0, Ratios(1e4, 1e-6, 16)),
-       [](double v) {
-         StabilityPlan plan = OneSide();
-         for (std::size_t i = 0; i < 4; ++i) {
-           plan.passes[i].ground_range_m += v * static_cast<double>(i) / 3.0;
-         }
-         return plan;
-       }},
-      {"altitude-difference",
-       "difference_m",
-       "four passes over one ground track",
-       Prepend(0.0, Ratios(1e4, 1e-4, 13)),
-       [](double v) {
-         StabilityPlan plan = OneSide();
-         for (std::size_t i = 0; i < 4; ++i) {
-           plan.passes[i].height_m += v * static_cast<double>(i) / 3.0;
-         }
-         return plan;
-       }},
-      {"crossing-angle",
-       "angle_deg",
-       "passes of one place whose tracks cross at an angle",
-       Ratios(90.0, 1e-6, 14),
-       [](double v) {
-         StabilityPlan plan = OneSide();
-         for (std::size_t i = 0; i < 4; ++i) {
-           plan.passes[i].heading_rad = v * kRadPerDeg * static_cast<double>(i) / 3.0;
-         }
-         return plan;
-       }},
-      {"height",
-       "height_m",
-       "the same look angles from any height over an area that stays",
-       Ratios(100.0, 1e9, 15),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         for (PlannedPass& pass : plan.passes) {
-           pass.ground_range_m *= v / 9130.0;
-           pass.height_m *= v / 9130.0;
-         }
-         FitArea(v, &plan);
-         return plan;
-       }},
-      {"height-over-base",
-       "height_m",
-       "bases that stay, under 45 degrees from any height",
-       Ratios(5e3, 1e9, 14),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         for (PlannedPass& pass : plan.passes) {
-           pass.ground_range_m += v - 9370.0;
-           pass.height_m += v - 9130.0;
-         }
-         FitArea(v, &plan);
-         return plan;
-       }},
-      {"squint", "squint_deg", "all passes squinted", Squints(), Squinted},
-      {"doppler",
-       "squint_deg",
-       "the same, given as Doppler centroids",
-       Squints(),
-       SquintedByDoppler},
-      {"measured-doppler",
-       "squint_deg",
-       "the same, the Doppler centroids measured at exact times",
-       Squints(),
-       [](double v) {
-         StabilityPlan plan = SquintedByDoppler(v);
-         plan.sigma = {0.83, 1.3, AzimuthUnit::kHertz};
-         return plan;
-       }},
-      {"near-nadir",
-       "incidence_deg",
-       "passes over the points, looking down",
-       Ratios(45.0, 1e-6, 14),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         const double tangent = std::tan(v * kRadPerDeg);
-         for (PlannedPass& pass : plan.passes) {
-           pass.heading_rad = 0.0;
-           pass.ground_range_m *= tangent;
-         }
-         plan.swing_m = std::min(5.3, 0.01 * 9370.0 * tangent);
-         plan.across_m = std::min(3900.0, 0.4 * 9370.0 * tangent);
-         return plan;
-       }},
-      {"grazing",
-       "elevation_deg",
-       "sight lines along the ground",
-       Ratios(45.0, 1e-6, 14),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         for (PlannedPass& pass : plan.passes) pass.height_m *= std::tan(v * kRadPerDeg);
-         plan.swing_m = std::min(5.3, 1e-3 * plan.passes[0].height_m);
-         plan.relief_m = std::min(640.0, 0.1 * plan.passes[0].height_m);
-         return plan;
-       }},
-      {"coordinates",
-       "distance_m",
-       "a local frame whose origin is far away",
-       Ratios(1.0, 1e9, 13),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.origin_m = {v, -0.7 * v, 0.0};
-         return plan;
-       }},
-      {"coordinates-fine",
-       "distance_m",
-       "the same with millimetres",
-       Ratios(1.0, 1e9, 13),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.origin_m = {v, -0.7 * v, 0.0};
-         plan.sigma = {0.83e-3, 1.21e-3, AzimuthUnit::kMetres};
-         SetControlSigma(1e-3, &plan);
-         return plan;
-       }},
-      {"coordinates-up",
-       "distance_m",
-       "heights that count from far below",
-       Ratios(1.0, 1e9, 10),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.origin_m = {0.0, 0.0, v};
-         return plan;
-       }},
-      {"area",
-       "half_width_m",
-       "points ever closer together",
-       Ratios(4e3, 1e-6, 13),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.along_m = plan.across_m = v;
-         plan.relief_m = 0.2 * v;
-         return plan;
-       }},
-      {"strip-length",
-       "length_m",
-       "parallel strips of any length",
-       Ratios(10.0, 1e6, 13),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         for (PlannedPass& pass : plan.passes) pass.heading_rad = 0.0;
-         plan.along_m = 0.5 * v;
-         plan.options.groups = {Drift(2, 3.7)};
-         return plan;
-       }},
-      {"looks-per-point",
-       "looks",
-       "passes, all of which see all points",
-       {2, 3, 4, 6, 8, 12, 17, 25, 40, 60, 100, 160, 250, 500},
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.points = 4;
-         plan.control.resize(1);
-         plan.states = 5;
-         plan.passes.clear();
-         for (int i = 0; i < static_cast<int>(v); ++i) {
-           plan.passes.push_back({i % 3 == 2 ? LookSide::kRight : LookSide::kLeft,
-                                  0.05 * std::sin(1.7 * i),
-                                  9370.0 + 4100.0 * (1.0 + std::sin(2.3 * i)),
-                                  9130.0 + 300.0 * std::cos(1.1 * i)});
-         }
-         CorrectionGroup drift = Drift(1, 3.7);
-         drift.passes = {"A1"};
-         plan.options.groups = {drift};
-         RangeCorrection range;
-         range.bias = true;
-         plan.options.groups.push_back({"range", range, {}, true});
-         return plan;
-       },
-       true},
-      {"points",
-       "points",
-       "few and many points",
-       {1, 2, 3, 4, 6, 8, 12, 20, 30, 50},
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.points = static_cast<std::size_t>(v);
-         plan.control.resize(1);
-         return plan;
-       },
-       true},
-      {"orbit-base",
-       "base_m",
-       "orbits of one side, geocentric",
-       Prepend(0.0, Ratios(3e5, 1e-2, 14)),
-       [](double v) {
-         StabilityPlan plan = OrbitPlan();
-         for (std::size_t i = 0; i < 4; ++i) {
-           plan.passes[i] = {
-               LookSide::kRight, 1.80, 391000.0 + v * static_cast<double>(i) / 3.0, 697000.0};
-         }
-         return plan;
-       }},
-      {"orbit-height",
-       "height_m",
-       "orbits of any height, geocentric",
-       Ratios(1e5, 1e9, 13),
-       [](double v) {
-         StabilityPlan plan = OrbitPlan();
-         for (PlannedPass& pass : plan.passes) {
-           pass.ground_range_m = std::min(2e6, pass.ground_range_m * v / 697000.0);
-           pass.height_m *= v / 697000.0;
-         }
-         return plan;
-       }},
-      {"body-radius",
-       "radius_m",
-       "orbits about a sphere of any size",
-       Ratios(1e2, 1e9, 13),
-       [](double v) {
-         StabilityPlan plan = OrbitPlan();
-         const double part = v / 6378000.0;
-         plan.body_radius_m = v;
-         plan.speed_mps *= part;
-         plan.along_m *= part;
-         plan.across_m *= part;
-         plan.relief_m *= part;
-         plan.sigma = {std::min(1.17, 1e-5 * v), std::min(1.21, 1e-5 * v), AzimuthUnit::kMetres};
-         for (PlannedPass& pass : plan.passes) {
-           pass.ground_range_m *= part;
-           pass.height_m *= part;
-         }
-         return plan;
-       }},
-  };
-  return kFamilies;
-}
+toml::table FamilyText::Parsed() const { return ParseToml(text, file, overrides); }
 
-namespace {
-
-constexpr double kWithoutPrior = std::numeric_limits<double>::quiet_NaN();
-
-std::vector<double> Integers(int from, int to) {
-  std::vector<double> out;
-  for (int i = from; i <= to; ++i) out.push_back(i);
-  return out;
-}
-
-CorrectionGroup Spline(double pieces, double prior_sigma_m, const StabilityPlan& plan) {
-  PositionCorrection position;
-  position.basis = PositionCorrection::Basis::kSpline;
-  // The strip of a pass along x is about as long as the area.
-  position.knot_spacing_s = 2.0 * plan.along_m / plan.speed_mps / pieces;
-  if (std::isfinite(prior_sigma_m)) position.prior_sigma_m.fill({prior_sigma_m});
-  return {"spline", position, {"A1"}, false};
-}
-
-template <typename Model>
-void AddGroup(const std::string& name, const Model& model, StabilityPlan* plan) {
-  plan->options.groups.push_back({name, model, {}, false});
-}
-
-}  // namespace
-
-const std::vector<PlannedFamily>& CorrectionFamilies() {
-  static const std::vector<PlannedFamily> kFamilies = {
-      {"degree",
-       "degree",
-       "polynomials under a prior",
-       Integers(0, 15),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.options.groups = {Drift(static_cast<int>(v), 3.7)};
-         return plan;
-       },
-       true},
-      {"degree-free",
-       "degree",
-       "polynomials without a prior, 20 points, half of them control",
-       Integers(0, 15),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.points = 20;
-         plan.control.clear();
-         for (std::size_t i = 0; i < 20; i += 2) plan.control.push_back({i, {0.53, 0.47, 0.41}});
-         plan.options.groups = {Drift(static_cast<int>(v), kWithoutPrior)};
-         return plan;
-       },
-       true},
-      {"spline-knots",
-       "pieces",
-       "a spline in one pass under a prior, knots denser than looks",
-       {1, 2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64},
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.options.groups = {Spline(v, 3.7, plan)};
-         return plan;
-       }},
-      {"spline-knots-free",
-       "pieces",
-       "the same without a prior",
-       {1, 2, 3, 4, 6, 8, 11, 16, 23, 32, 45, 64},
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.options.groups = {Spline(v, kWithoutPrior, plan)};
-         return plan;
-       }},
-      {"spline-prior",
-       "sigma_m",
-       "eight pieces under priors from tight to loose",
-       Ratios(1e-6, 1e9, 13),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.options.groups = {Spline(8.0, v, plan)};
-         return plan;
-       }},
-      {"strip-span",
-       "factor",
-       "a strip given far longer than its looks",
-       Ratios(1.0, 1e9, 10),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.strip_factor = v;
-         plan.options.groups = {Drift(3, 3.7)};
-         return plan;
-       }},
-      {"start-error",
-       "error_m",
-       "start coordinates far off",
-       Prepend(0.0, Ratios(1.0, 1e5, 12)),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.start_error_m = v;
-         return plan;
-       }},
-      {"orbit-start-error",
-       "error_m",
-       "start coordinates far off, from orbit",
-       Prepend(0.0, Ratios(1.0, 1e6, 12)),
-       [](double v) {
-         StabilityPlan plan = OrbitPlan();
-         plan.start_error_m = v;
-         return plan;
-       }},
-      {"path-error",
-       "error_m",
-       "one path far off, priors of the size of the error",
-       Ratios(1e-3, 1e5, 13),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.path_error_m = v;
-         plan.options.groups = {Drift(1, std::max(3.7, v))};
-         return plan;
-       }},
-      {"path-error-tight",
-       "error_m",
-       "one path far off, priors that do not know",
-       Ratios(1e-3, 1e5, 13),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.path_error_m = v;
-         return plan;
-       }},
-      {"time-origin",
-       "origin_s",
-       "times that count from long ago",
-       Prepend(0.0, Ratios(1.0, 1e9, 10)),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.time_origin_s = v;
-         return plan;
-       }},
-      {"time-origin-bias",
-       "origin_s",
-       "the same from orbit, with time biases",
-       Prepend(0.0, Ratios(1.0, 1e9, 10)),
-       [](double v) {
-         StabilityPlan plan = OrbitPlan();
-         plan.time_origin_s = v;
-         plan.sigma = {0.117, 2.3e-5, AzimuthUnit::kSeconds};
-         AddGroup("time", TimeCorrection{1e-3}, &plan);
-         return plan;
-       }},
-      {"speed",
-       "speed_mps",
-       "azimuth in seconds at any speed",
-       Ratios(1e-3, 1e8, 12),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.speed_mps = v;
-         plan.sigma = {0.83, 1.21 / v, AzimuthUnit::kSeconds};
-         return plan;
-       }},
-      {"states",
-       "states",
-       "state vectors of a path",
-       {2, 3, 5, 9, 17, 33, 65, 129, 257, 513, 1025, 4097},
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.states = static_cast<std::size_t>(v);
-         return plan;
-       },
-       true},
-      {"swing",
-       "swing_m",
-       "antennas that leave their line",
-       Prepend(0.0, Ratios(1e-3, 1e2, 10)),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.swing_m = v;
-         return plan;
-       }},
-      {"range-scale",
-       "sigma_1",
-       "prior of a range scale beside drifts",
-       Ratios(1e-12, 1e3, 12),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         RangeCorrection range;
-         range.scale = true;
-         range.scale_prior_sigma = v;
-         AddGroup("range", range, &plan);
-         return plan;
-       }},
-      {"swath",
-       "half_width_m",
-       "range bias, across and up all free on a narrow swath",
-       Ratios(4e3, 1e-3, 12),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.across_m = v;
-         plan.relief_m = 0.1 * v;
-         RangeCorrection range;
-         range.bias = true;
-         AddGroup("range", range, &plan);
-         return plan;
-       }},
-      {"velocity",
-       "sigma_1",
-       "prior of the directions of flight",
-       Ratios(1e-12, 1e2, 12),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         VelocityCorrection velocity;
-         velocity.prior_sigma = {v, v};
-         AddGroup("velocity", velocity, &plan);
-         return plan;
-       }},
-      {"squint-bias",
-       "sigma_rad",
-       "prior of squint biases",
-       Ratios(1e-12, 1e2, 12),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         for (PlannedPass& pass : plan.passes) pass.squint_rad = 0.21;
-         AddGroup("squint", SquintCorrection{v}, &plan);
-         return plan;
-       }},
-      {"time-bias",
-       "sigma_s",
-       "prior of time biases beside drifts",
-       Ratios(1e-12, 1e3, 12),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         AddGroup("time", TimeCorrection{v}, &plan);
-         return plan;
-       }},
-      {"troposphere",
-       "sigma_m",
-       "prior of zenith delays from orbit",
-       Ratios(1e-6, 1e6, 12),
-       [](double v) {
-         StabilityPlan plan = OrbitPlan();
-         TroposphereCorrection troposphere;
-         troposphere.zenith_prior_sigma_m = v;
-         AddGroup("troposphere", troposphere, &plan);
-         return plan;
-       }},
-  };
-  return kFamilies;
-}
-
-namespace {
-
-constexpr double kNoPrior = std::numeric_limits<double>::quiet_NaN();
-
-}  // namespace
-
-const std::vector<PlannedFamily>& WeightFamilies() {
-  static const std::vector<PlannedFamily> kFamilies = {
-      {"sigma-ratio",
-       "azimuth_over_range",
-       "azimuth against range",
-       Ratios(1e-8, 1e8, 17),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.sigma.azimuth = plan.sigma.range_m * v;
-         return plan;
-       }},
-      {"pass-sigma-ratio",
-       "first_over_others",
-       "one pass against the others",
-       Ratios(1e-8, 1e8, 17),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.passes[0].range_sigma_factor = v;
-         return plan;
-       }},
-      {"sigma-level",
-       "sigma_m",
-       "all looks alike, control and priors as they are",
-       Ratios(1e-9, 1e5, 15),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.sigma = {v, v, AzimuthUnit::kMetres};
-         return plan;
-       }},
-      {"orbit-sigma-level",
-       "sigma_m",
-       "the same from orbit",
-       Ratios(1e-9, 1e5, 15),
-       [](double v) {
-         StabilityPlan plan = OrbitPlan();
-         plan.sigma = {v, v, AzimuthUnit::kMetres};
-         return plan;
-       }},
-      {"prior",
-       "sigma_m",
-       "priors of the drifts, three control points",
-       Ratios(1e-6, 1e9, 16),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.options.groups = {Drift(1, v)};
-         return plan;
-       }},
-      {"prior-alone",
-       "sigma_m",
-       "priors of the drifts, no control",
-       Ratios(1e-6, 1e9, 16),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.options.groups = {Drift(1, v)};
-         plan.control.clear();
-         return plan;
-       }},
-      {"one-control-point",
-       "prior_sigma_m",
-       "priors of the drifts, one control point",
-       Ratios(1e-3, 1e9, 13),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.options.groups = {Drift(1, v)};
-         plan.control.resize(1);
-         return plan;
-       }},
-      {"orbit-prior",
-       "sigma_m",
-       "priors of the drifts of orbits, no control",
-       Ratios(1e-6, 1e9, 16),
-       [](double v) {
-         StabilityPlan plan = OrbitPlan();
-         plan.options.groups = {Drift(1, v)};
-         plan.control.clear();
-         return plan;
-       }},
-      {"control-sigma",
-       "sigma_m",
-       "three control points of any quality",
-       Ratios(1e-9, 1e6, 16),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         SetControlSigma(v, &plan);
-         return plan;
-       }},
-      {"orbit-control-sigma",
-       "sigma_m",
-       "the same from orbit",
-       Ratios(1e-9, 1e6, 16),
-       [](double v) {
-         StabilityPlan plan = OrbitPlan();
-         SetControlSigma(v, &plan);
-         return plan;
-       }},
-      {"control-spread",
-       "part_of_area",
-       "control drawn together in one place, drifts free",
-       Ratios(0.99, 1e-9, 13),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.control_spread = v;
-         plan.control.push_back({8, {0.53, 0.47, 0.41}});
-         plan.options.groups = {Drift(1, kNoPrior)};
-         return plan;
-       }},
-      {"control-correlation",
-       "one_minus_correlation",
-       "east and north of control almost one number",
-       Ratios(1.0, 1e-15, 13),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         for (PlannedControl& control : plan.control) control.correlation_en = 1.0 - v;
-         return plan;
-       }},
-      {"noise",
-       "sigmas",
-       "looks that contradict each other",
-       Prepend(0.0, Ratios(1e-6, 1e4, 13)),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.noise = v;
-         return plan;
-       }},
-      {"blunder",
-       "sigmas",
-       "one range far off",
-       Prepend(0.0, Ratios(1.0, 1e6, 13)),
-       [](double v) {
-         StabilityPlan plan = AircraftPlan();
-         plan.sigma = {0.0083, 0.0121, AzimuthUnit::kMetres};
-         plan.blunder = v;
-         return plan;
-       }},
-  };
-  return kFamilies;
-}
-
-namespace {
-
-/// The aircraft's flight, recorded at 10 Hz.
-StabilityPlan RecordedAircraft(PathThrough through) {
-  StabilityPlan plan = AircraftPlan();
-  plan.states = 401;
-  plan.recording.emplace();
-  plan.recording->recorder.rate_hz = 10.0;
-  plan.recording->recorder.reading.through = through;
-  return plan;
-}
-
-/// An orbit with four states and more beyond either end of the strip, as interpolation of degree 7
-/// needs them.
-StabilityPlan RecordedOrbit(double interval_s) {
-  StabilityPlan plan = OrbitPlan();
-  plan.states = 2001;
-  plan.time_margin_s = 4.5 * interval_s;
-  plan.recording.emplace();
-  plan.recording->recorder.rate_hz = 1.0 / interval_s;
-  plan.recording->recorder.reading.through = PathThrough::kAuto;
-  return plan;
-}
-
-}  // namespace
-
-const std::vector<PlannedFamily>& RecordingFamilies() {
-  static const std::vector<PlannedFamily> kFamilies = {
-      {"state-noise",
-       "noise_m",
-       "noise of the positions recorded at 10 Hz, paths through the states",
-       Prepend(0.0, Ratios(1e-7, 1.0, 15)),
-       [](double v) {
-         StabilityPlan plan = RecordedAircraft(PathThrough::kStates);
-         plan.recording->recorder.noise_m = v;
-         return plan;
-       }},
-      {"state-noise-smoothed",
-       "noise_m",
-       "the same and of velocities, paths smoothed where the data ask for it",
-       Prepend(0.0, Ratios(1e-7, 10.0, 17)),
-       [](double v) {
-         StabilityPlan plan = RecordedAircraft(PathThrough::kAuto);
-         plan.recording->recorder.noise_m = v;
-         plan.recording->recorder.noise_mps = 0.5 * v;
-         return plan;
-       }},
-      {"wander",
-       "rms_m",
-       "flights of turbulent air, recorded with 2 cm and 1 cm/s",
-       Ratios(1e-3, 1e3, 13),
-       [](double v) {
-         StabilityPlan plan = RecordedAircraft(PathThrough::kAuto);
-         plan.recording->recorder.noise_m = 0.02;
-         plan.recording->recorder.noise_mps = 0.01;
-         plan.recording->trajectory_error.rms_m.fill(v);
-         plan.recording->trajectory_error.time_constant_s.fill(20.0);
-         return plan;
-       }},
-      {"state-interval",
-       "interval_s",
-       "orbits whose states stand far apart",
-       Ratios(1.0, 600.0, 12),
-       [](double v) { return RecordedOrbit(v); }},
-      {"velocity-contradiction",
-       "bias_mps",
-       "orbits whose velocities are not those of their positions, every 10 s",
-       Prepend(0.0, Ratios(1e-6, 100.0, 9)),
-       [](double v) {
-         StabilityPlan plan = RecordedOrbit(10.0);
-         plan.recording->recorder.velocity_bias_sigma_mps.fill(v);
-         return plan;
-       }},
-  };
-  return kFamilies;
-}
-
-std::vector<StabilityFamily> StabilityFamilies() {
-  std::vector<StabilityFamily> out;
-  for (const PlannedFamily* family : PlannedFamilies()) {
-    out.push_back({family->name, family->parameter, family->about, family->values, family->whole});
+StabilityFamily FamilyOfStudy(SceneTable* table,
+                              std::size_t index,
+                              const std::shared_ptr<const FamilyText>& study) {
+  StabilityFamily family = ReadFamily(table, index, study);
+  for (const double value : family.values) {
+    const StabilityPlan plan = family.plan(value);
+    try {
+      static_cast<void>(MakeStabilityBlock(plan));
+    } catch (const InputError& error) {
+      throw InputError(table->PlaceOf("values"),
+                       "give no block at v = " + NumberText(value) + ": " + error.what());
+    }
   }
-  return out;
+  return family;
 }
 
-std::vector<const PlannedFamily*> PlannedFamilies() {
-  std::vector<const PlannedFamily*> out;
-  for (const std::vector<PlannedFamily>* part :
-       {&GeometryFamilies(), &WeightFamilies(), &CorrectionFamilies(), &RecordingFamilies()}) {
-    for (const PlannedFamily& family : *part) out.push_back(&family);
-  }
-  return out;
-}
-
-StabilityPlan PlanOf(const std::string& name, double value) {
-  std::vector<std::string> names;
-  const PlannedFamily* found = nullptr;
-  for (const PlannedFamily* family : PlannedFamilies()) {
-    names.emplace_back(family->name);
-    if (name == family->name) found = family;
-  }
-  if (found == nullptr) {
-    throw InputError("family",
-                     "'" + name + "' does not exist" + DidYouMean(NearestName(name, names)));
-  }
-  return found->plan(value);
+const std::vector<StabilityFamily>& StabilityFamilies() {
+  static const std::vector<StabilityFamily> kFamilies = [] {
+    const std::shared_ptr<const FamilyText> text(&OfTheProgram(), [](const FamilyText*) {});
+    const toml::table root = text->Parsed();
+    std::vector<StabilityFamily> out;
+    for (SceneTable& table : SceneTable{TomlTable(root, "")}.Tables("family")) {
+      out.push_back(ReadFamily(&table, out.size(), text));
+    }
+    return out;
+  }();
+  return kFamilies;
 }
 
 }  // namespace sarblock

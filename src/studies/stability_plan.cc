@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stability_plan.h"
-
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
 #include "sarblock/geometry/look_equations.h"
@@ -13,6 +11,7 @@
 
 #include "block/read_recorded.h"
 #include "simulate/true_path.h"
+#include "stability.h"
 #include <Eigen/Geometry>
 
 namespace sarblock {
@@ -103,13 +102,24 @@ FlightPath MakePath(const StabilityPlan& plan, const PlannedPass& pass, const Gr
   return FlightPath(std::move(states));
 }
 
+/// Refuses flights whose states would take the memory of a large block.
+void RequireFewStates(const Pass& pass, double rate_hz) {
+  constexpr double kMostStates = 1e6;
+  const double span_s =
+      std::max(pass.path.end_s(), pass.end_s) - std::min(pass.path.start_s(), pass.start_s);
+  if (!(span_s * rate_hz <= kMostStates)) {
+    throw InputError("recorder", "a flight would be more than a million states");
+  }
+}
+
+constexpr double kFlownSpacing_s = 0.01;
+
 /// The flight with its trajectory error, as states so close that cubics follow it to nanometres.
 FlightPath FlownPath(const Frame& frame,
                      const FlightPath& planned,
                      const TrajectoryError& trajectory_error) {
-  constexpr double kSpacing_s = 0.01;
   const auto pieces =
-      static_cast<std::size_t>(std::ceil((planned.end_s() - planned.start_s()) / kSpacing_s));
+      static_cast<std::size_t>(std::ceil((planned.end_s() - planned.start_s()) / kFlownSpacing_s));
   std::vector<StateVector> states;
   for (std::size_t k = 0; k <= pieces; ++k) {
     const double part = static_cast<double>(k) / static_cast<double>(pieces);
@@ -124,7 +134,8 @@ FlightPath FlownPath(const Frame& frame,
 void Record(const StabilityPlan& plan, Block* block) {
   for (std::size_t i = 0; i < block->passes.size(); ++i) {
     Pass& pass = block->passes[i];
-    const SceneRecorder& recorder = plan.recording->recorder;
+    const SceneRecorder& recorder = *plan.recorder;
+    RequireFewStates(pass, recorder.rate_hz);
     pass.path =
         RecordFlight(block->frame, recorder, 1.0 / recorder.rate_hz, pass, nullptr, i, plan.seed);
     pass.recorded.asked = recorder.reading;
@@ -154,27 +165,20 @@ std::array<double, 2> Measure(const Pass& pass, const Vector3d& p_m, const Cone&
   return {time_s, (p_m - pass.path.At(time_s)->position_m).norm()};
 }
 
-bool IsControl(const StabilityPlan& plan, std::size_t point) {
-  return std::any_of(plan.control.begin(), plan.control.end(), [&](const PlannedControl& control) {
-    return control.point == point;
-  });
-}
-
 void AddControl(const StabilityPlan& plan, Block* block, const std::vector<Vector3d>& truth_m) {
-  for (const PlannedControl& control : plan.control) {
-    block->points.role[control.point] = PointRole::kControl;
-    block->points.given_m[control.point] = truth_m[control.point];
+  const std::array<double, 3>& sigma_m = plan.control_sigma_m;
+  for (const std::size_t point : plan.control_points) {
+    block->points.role[point] = PointRole::kControl;
+    block->points.given_m[point] = truth_m[point];
     KnownPosition known;
-    known.point = static_cast<std::uint32_t>(control.point);
+    known.point = static_cast<std::uint32_t>(point);
     for (std::size_t i = 0; i < 3; ++i) {
       const auto k = static_cast<Eigen::Index>(i);
-      known.fixed[i] = std::isfinite(control.sigma_enu_m[i]);
-      if (known.fixed[i]) {
-        known.covariance_enu_m2(k, k) = control.sigma_enu_m[i] * control.sigma_enu_m[i];
-      }
+      known.fixed[i] = true;
+      known.covariance_enu_m2(k, k) = sigma_m[i] * sigma_m[i];
     }
     known.covariance_enu_m2(0, 1) = known.covariance_enu_m2(1, 0) =
-        control.correlation_en * control.sigma_enu_m[0] * control.sigma_enu_m[1];
+        plan.control_correlation * sigma_m[0] * sigma_m[1];
     block->points.known.push_back(known);
   }
 }
@@ -187,42 +191,11 @@ void ShiftFirstPath(double shift_m, Block* block) {
 
 }  // namespace
 
-CorrectionGroup Drift(int degree, double prior_sigma_m) {
-  PositionCorrection position;
-  position.degree = degree;
-  if (std::isfinite(prior_sigma_m)) position.prior_sigma_m.fill({prior_sigma_m});
-  return {"position", position, {}, false};
+bool StabilityPlan::IsControl(std::size_t point) const {
+  return std::find(control_points.begin(), control_points.end(), point) != control_points.end();
 }
 
-StabilityPlan AircraftPlan() {
-  StabilityPlan plan;
-  plan.passes = {{LookSide::kLeft, 0.04, 9370.0, 9130.0},
-                 {LookSide::kLeft, 0.02, 13210.0, 9410.0},
-                 {LookSide::kRight, 0.06, 11830.0, 9270.0},
-                 {LookSide::kLeft, 1.63, 13170.0, 9050.0},
-                 {LookSide::kLeft, 0.03, 17290.0, 9330.0}};
-  plan.control = {{0, {0.53, 0.47, 0.41}}, {4, {0.53, 0.47, 0.41}}, {7, {0.53, 0.47, 0.41}}};
-  plan.options.corrections = CorrectionChoice::kGiven;
-  plan.options.groups = {Drift(1, 3.7)};
-  return plan;
-}
-
-StabilityPlan OrbitPlan() {
-  StabilityPlan plan;
-  plan.orbit = true;
-  plan.along_m = plan.across_m = 31000.0;
-  plan.relief_m = 1900.0;
-  plan.speed_mps = 7504.0;
-  plan.passes = {{LookSide::kRight, 1.80, 391000.0, 697000.0},
-                 {LookSide::kRight, 1.79, 523000.0, 703000.0},
-                 {LookSide::kRight, 4.49, 477000.0, 699000.0},
-                 {LookSide::kRight, 1.78, 633000.0, 701000.0}};
-  plan.sigma = {1.17, 2.3e-4, AzimuthUnit::kSeconds};
-  plan.control = {{0, {0.53, 0.47, 0.41}}, {4, {0.53, 0.47, 0.41}}, {7, {0.53, 0.47, 0.41}}};
-  plan.options.corrections = CorrectionChoice::kGiven;
-  plan.options.groups = {Drift(1, 3.7)};
-  return plan;
-}
+std::string StabilityPassId(std::size_t pass) { return "A" + std::to_string(pass + 1); }
 
 Block MakeStabilityBlock(const StabilityPlan& plan) {
   Block block;
@@ -231,16 +204,16 @@ Block MakeStabilityBlock(const StabilityPlan& plan) {
   block.frame = ground.frame;
   for (std::size_t i = 0; i < plan.passes.size(); ++i) {
     Pass pass;
-    pass.id = "A" + std::to_string(i + 1);
+    pass.id = StabilityPassId(i);
     pass.side = plan.passes[i].side;
     if (plan.doppler_wavelength_m > 0.0) pass.wavelength_m = plan.doppler_wavelength_m;
     pass.path = MakePath(plan, plan.passes[i], ground);
-    if (plan.recording && plan.recording->trajectory_error.Given()) {
+    if (plan.trajectory_error.Given()) {
       pass.start_s = pass.path.start_s();
       pass.end_s = pass.path.end_s();
-      pass.path = FlownPath(block.frame,
-                            pass.path,
-                            TrajectoryError(plan.recording->trajectory_error, pass, i, plan.seed));
+      RequireFewStates(pass, 1.0 / kFlownSpacing_s);
+      pass.path = FlownPath(
+          block.frame, pass.path, TrajectoryError(plan.trajectory_error, pass, i, plan.seed));
     }
     pass.sigma = plan.sigma;
     pass.sigma.range_m *= plan.passes[i].range_sigma_factor;
@@ -254,7 +227,7 @@ Block MakeStabilityBlock(const StabilityPlan& plan) {
                    (2.0 * random.Uniform() - 1.0) * plan.across_m,
                    0.0);
     double height_m = random.Uniform() * plan.relief_m;
-    if (plan.control_spread < 1.0 && IsControl(plan, j)) {
+    if (plan.control_spread < 1.0 && plan.IsControl(j)) {
       place *= plan.control_spread;
       height_m *= plan.control_spread;
     }
@@ -312,7 +285,7 @@ Block MakeStabilityBlock(const StabilityPlan& plan) {
       pass.end_s = middle_s + half_s;
     }
   }
-  if (plan.recording) Record(plan, &block);
+  if (plan.recorder) Record(plan, &block);
   if (plan.path_error_m != 0.0) ShiftFirstPath(plan.path_error_m, &block);
   return block;
 }
@@ -324,15 +297,6 @@ std::vector<double> Ratios(double from, double to, int count) {
     out.push_back(std::pow(10.0, power));
   }
   return out;
-}
-
-std::vector<double> Prepend(double first, std::vector<double> rest) {
-  rest.insert(rest.begin(), first);
-  return rest;
-}
-
-void SetControlSigma(double sigma_m, StabilityPlan* plan) {
-  for (PlannedControl& control : plan->control) control.sigma_enu_m.fill(sigma_m);
 }
 
 }  // namespace sarblock

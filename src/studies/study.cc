@@ -149,7 +149,8 @@ StudyRowMaker& StudyRowMaker::Count(std::string_view column, std::size_t count) 
 }
 
 StudyRowMaker& StudyRowMaker::Message(std::string text) {
-  std::replace(text.begin(), text.end(), '\n', ' ');
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
   return Set("message", std::move(text));
 }
 

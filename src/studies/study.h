@@ -35,10 +35,15 @@ enum class StudyCellKind {
   kText,
 };
 
-/// One column of a study's table; units are in the name, as in every table (docs/formats.md).
+/// Whether a report shows a column; it refuses tables without one that it needs.
+enum class InReport { kYes, kNo, kNeeded };
+
+/// One column of a study's table; units are in the name, as in every table (docs/formats.md). What
+/// writes a table, reads it, joins its parts and shows it has its columns from one list.
 struct StudyColumn {
   std::string name;
   StudyCellKind kind = StudyCellKind::kNumber;
+  InReport report = InReport::kYes;
 };
 
 /// A cell: nothing, a finite number, a whole number or a text without line breaks.

@@ -384,20 +384,24 @@ void Read(const StudyTable& table, std::size_t row, std::string_view name, Integ
 
 }  // namespace
 
-std::vector<StudyColumn> TradeoffColumns() {
-  std::vector<StudyColumn> columns;
-  const TradeoffRow row;
-  VisitColumns(row, [&](const char* name, const auto& value) {
-    using Value = std::decay_t<decltype(value)>;
-    if constexpr (std::is_same_v<Value, double>) {
-      columns.push_back({name, StudyCellKind::kNumber});
-    } else if constexpr (std::is_same_v<Value, std::string> || kIsNamed<Value>) {
-      columns.push_back({name, StudyCellKind::kText});
-    } else {
-      columns.push_back({name, StudyCellKind::kInteger});
-    }
-  });
-  return columns;
+const std::vector<StudyColumn>& TradeoffColumns() {
+  static const std::vector<StudyColumn> kColumns = [] {
+    std::vector<StudyColumn> columns;
+    const TradeoffRow row;
+    InReport report = InReport::kNeeded;  // stage and choice; what is shown comes first
+    VisitColumns(row, [&](std::string_view name, const auto& value) {
+      if (name == "points") report = InReport::kYes;
+      using Value = std::decay_t<decltype(value)>;
+      const StudyCellKind kind = std::is_same_v<Value, double> ? StudyCellKind::kNumber
+                                 : std::is_same_v<Value, std::string> || kIsNamed<Value>
+                                     ? StudyCellKind::kText
+                                     : StudyCellKind::kInteger;
+      columns.push_back({std::string(name), kind, report});
+      if (name == kPareto) report = InReport::kNo;
+    });
+    return columns;
+  }();
+  return kColumns;
 }
 
 StudyRow CellsOf(const TradeoffRow& row) {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tradeoff_study.h"
-
 #include "sarblock/files/adjust_options.h"
 #include "sarblock/files/scene_file.h"
 #include "sarblock/geometry/path.h"
@@ -14,6 +12,7 @@
 
 #include "study.h"
 #include "tables/toml.h"
+#include "tradeoff.h"
 #include <fmt/core.h>
 
 namespace sarblock {

@@ -14,10 +14,10 @@
 #include <utility>
 #include <vector>
 
-#include "studies/densification_file.h"
+#include "studies/densification.h"
 #include "studies/design.h"
 #include "studies/stability.h"
-#include "studies/tradeoff_study.h"
+#include "studies/tradeoff.h"
 #include "tables/csv.h"
 #include "tables/open.h"
 #include "tables/table.h"

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/comparison.h"
-
 #include <cmath>
 
 #include "report/made_result.h"
+#include "report/result_page.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "report/made_result.h"
-#include "report/map_sections.h"
 #include "report/result_page.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

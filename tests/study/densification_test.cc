@@ -8,7 +8,6 @@
 #include <iterator>
 
 #include "core/threads.h"
-#include "studies/densification_file.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -9,7 +9,6 @@
 #include "solve/reduced_engine.h"
 #include "studies/study.h"
 #include "studies/tradeoff.h"
-#include "studies/tradeoff_study.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

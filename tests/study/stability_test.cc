@@ -5,14 +5,16 @@
 
 #include "sarblock/core/error.h"
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <set>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "core/threads.h"
-#include "studies/stability_plan.h"
 #include <gmock/gmock.h>
 
 namespace sarblock {
@@ -62,26 +64,23 @@ TEST(StabilityStudyTest, HasTwentyFiveFamiliesAndFiveHundredSteps) {
   EXPECT_GE(steps, 500U);
 }
 
-TEST(StabilityStudyTest, NamesTheNearestOfAFamilyThatDoesNotExist) {
-  try {
-    (void)RunStabilityStep("sqint", 3.1, 1);
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("did you mean squint?"));
-  }
+const StabilityFamily& FamilyNamed(const std::string& name) {
+  const auto& all = StabilityFamilies();
+  return *std::find_if(
+      all.begin(), all.end(), [&](const auto& family) { return family.name == name; });
 }
 
 // Against 50 digits: no step claims more digits than it has, and every refusal says why.
 TEST(StabilityStudyTest, IsNeverWrongWithoutSayingSo) {
-  std::vector<std::pair<std::string, double>> steps;
+  std::vector<std::pair<const StabilityFamily*, double>> steps;
   for (const StabilityFamily& family : StabilityFamilies()) {
     for (const std::size_t k : {std::size_t{1}, family.values.size() / 2}) {
-      steps.emplace_back(family.name, family.values[k]);
+      steps.emplace_back(&family, family.values[k]);
     }
   }
   std::vector<StabilityRow> rows(steps.size());
   ParallelForChunks(steps.size(), 1, [&](std::size_t, std::size_t begin, std::size_t) {
-    rows[begin] = RunStabilityStep(steps[begin].first, steps[begin].second, 2);
+    rows[begin] = RunStabilityStep(*steps[begin].first, steps[begin].second, 2);
   });
   std::size_t ok = 0;
   for (const StabilityRow& row : rows) {
@@ -100,16 +99,16 @@ TEST(StabilityStudyTest, IsNeverWrongWithoutSayingSo) {
 // Against 50 digits: where eigenvalues of the reduced matrix pass the limit of the warning, what is
 // said to be right has its six digits. (With a limit of 1e-10 several of these are wrong.)
 TEST(StabilityStudyTest, WarnsOfAWeakDirectionBeforeSixDigitsEnd) {
-  std::vector<std::pair<std::string, double>> steps;
+  std::vector<std::pair<const StabilityFamily*, double>> steps;
   for (const double level_m : {0.7e-5, 1e-5, 1.3e-5, 1.7e-5, 2.4e-5, 3.3e-5, 4.6e-5, 6.4e-5}) {
-    steps.emplace_back("sigma-level", level_m);
+    steps.emplace_back(&FamilyNamed("sigma-level"), level_m);
   }
   for (const double height_m : {2.1e7, 2.7e7, 3.6e7, 4.7e7, 59797824.689177565, 7.9e7, 1.1e8}) {
-    steps.emplace_back("height-over-base", height_m);
+    steps.emplace_back(&FamilyNamed("height-over-base"), height_m);
   }
   std::vector<StabilityRow> rows(steps.size());
   ParallelForChunks(steps.size(), 1, [&](std::size_t, std::size_t begin, std::size_t) {
-    rows[begin] = RunStabilityStep(steps[begin].first, steps[begin].second, 2);
+    rows[begin] = RunStabilityStep(*steps[begin].first, steps[begin].second, 2);
   });
   std::size_t ok = 0;
   for (const StabilityRow& row : rows) {
@@ -140,7 +139,8 @@ TEST(StabilityFileTest, TakesAllFamiliesOrThoseListedOrThoseWithValues) {
 
 TEST(StabilityFileTest, RefusesByLineAndKeyWhatNoFamilyIs) {
   const std::vector<std::pair<std::string, std::string>> bad = {
-      {"families = [\"sqint\"]", "s.toml:3: families[0]: "},
+      {"families = [\"sqint\"]", "s.toml:3: families[0]: 'sqint' is not known"},
+      {"families = [\"sqint\"]", "did you mean squint?"},
       {"families = [\"base\", \"base\"]", "families[1]: is given twice"},
       {"families = 3", "s.toml:3: families: "},
       {"seed = 7", "s.toml:3: seed: is not used here"},
@@ -156,6 +156,79 @@ TEST(StabilityFileTest, RefusesByLineAndKeyWhatNoFamilyIs) {
     } catch (const InputError& error) {
       EXPECT_THAT(error.what(), HasSubstr(words));
     }
+  }
+}
+
+constexpr char kOwn[] =
+    "[block.two]\nblock = \"aircraft\"\npass_count = 2\nswing_m = \"= 2 * v\"\n"
+    "adjust.correction.position = { degree = 1, sigma_m = \"= 1 + v\", passes = [\"A2\"] }\n"
+    "[[family]]\nname = \"mine\"\nblock = \"two\"\nparameter = \"half_m\"\n"
+    "values = { first = 0.5, from = 4, to = 1, count = 3 }\n"
+    "each_pass = { ground_range_m = \"= ground_range_m + (v - 1) * i / -2\" }\n";
+
+// Hand arithmetic: 13210 + (0.5 - 1) * 1 / -2 = 13210.25.
+TEST(StabilityFileTest, MakesFamiliesOfItsOwnOfBlocksAndFormulas) {
+  const StabilityStudy study = Parsed(kOwn);
+  ASSERT_EQ(study.families.size(), 1U);
+  const StabilityFamily& family = study.families[0];
+  EXPECT_EQ(family.parameter, "half_m");
+  EXPECT_THAT(family.values, testing::ElementsAre(0.5, testing::DoubleNear(4.0, 1e-12), 2.0, 1.0));
+  const StabilityPlan plan = family.plan(0.5);
+  ASSERT_EQ(plan.passes.size(), 2U);
+  EXPECT_EQ(plan.passes[0].ground_range_m, 9370.0);
+  EXPECT_EQ(plan.passes[1].ground_range_m, 13210.25);
+  EXPECT_EQ(plan.swing_m, 1.0);
+  ASSERT_EQ(plan.options.groups.size(), 1U);
+  EXPECT_EQ(std::get<PositionCorrection>(plan.options.groups[0].model).prior_sigma_m[2],
+            std::vector<double>{1.5});
+  EXPECT_THAT(plan.options.groups[0].passes, testing::ElementsAre("A2"));
+  EXPECT_EQ(RunStabilityStep(family, 0.5, 1).family, "mine");
+}
+
+// A text in place of another of kOwn, and what is said of it.
+TEST(StabilityFileTest, RefusesByLineAndKeyWhatMakesNoFamily) {
+  const std::vector<std::array<std::string, 3>> bad = {
+      {"= 2 * v", "= 2 * w", "s.toml:6: block.two.swing_m: has no number 'w', deg, ppm or v is"},
+      {"= 2 * v", "= 2 * (v", "s.toml:6: block.two.swing_m: needs ')' before '' at v = 0.5"},
+      {"= 2 * v", "= 2 v", "swing_m: cannot be read from 'v' at v = 0.5"},
+      {"= 2 * v", "= sinus(v)", "has no function 'sinus'"},
+      {"= 2 * v", "= 1 / (v - 2)", "s.toml:6: block.two.swing_m: is not a finite number at v = 2"},
+      {"= 2 * v", "2 * v", "s.toml:6: block.two.swing_m: is a text, a number is needed"},
+      {"= 1 + v", "= 1 - v", "s.toml:7: block.two.adjust.correction.position.sigma_m: "},
+      {"swing_m", "swign_m", "s.toml:6: block.two.swign_m: the key is not known"},
+      {"\"aircraft\"", "\"aircaft\"", "s.toml:4: block.two.block: the block 'aircaft' does not"},
+      {"\"aircraft\"", "\"two\"", "s.toml:4: block.two.block: is based on itself"},
+      {"pass_count = 2", "pass_count = 0", "s.toml:5: block.two.pass_count: must be"},
+      {"parameter = \"half_m\"", "", "s.toml:8: family.0.parameter: must be given"},
+      {"count = 3", "count = 1", "s.toml:12: family.0.values.count: must be"},
+      {"values", "value", "family.0.values: must be given"},
+      {"ground_range_m + ", "range + ", "s.toml:13: family.0.each_pass.ground_range_m: has no"},
+      {"swing_m",
+       "time_margin_s = -1e4\nswing_m",
+       "s.toml:9: family.0.values: give no block at v = 0.5: "},
+      {"\"mine\"", "\"mine\\nthine\"", "s.toml:9: family.0.name: must be one line"}};
+  for (const auto& [from, to, words] : bad) {
+    std::string text = kOwn;
+    text.replace(text.find(from), from.size(), to);
+    try {
+      (void)Parsed(text);
+      ADD_FAILURE() << text;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(words));
+    }
+  }
+}
+
+// The file that is compiled in, read as the study that it is; without its recorded flights, which
+// take long to make.
+TEST(StabilityFileTest, TakesTheFamiliesOfTheProgramForAStudy) {
+  const std::string_view text = FamiliesText("stability_families.toml");
+  const StabilityStudy study =
+      ParseStability(text.substr(0, text.find("# Recorded flights")), "families.toml", {});
+  ASSERT_EQ(study.families.size() + 5, StabilityFamilies().size());
+  for (std::size_t i = 0; i < study.families.size(); ++i) {
+    EXPECT_EQ(study.families[i].name, StabilityFamilies()[i].name);
+    EXPECT_EQ(study.families[i].values, StabilityFamilies()[i].values);
   }
 }
 

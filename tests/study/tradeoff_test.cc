@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "studies/tradeoff_study.h"
 #include "support/scene_blocks.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
