@@ -43,19 +43,22 @@ bool EvaluateMapping(const Vertical& vertical,
 struct AxisPartials : MotionPartials {
   bool set = false;
 
-  void SetInFrame(const TwoRows& by_s, const TwoRows& by_v, double dt_s) {
+  void SetInFrame(const TwoRows& by_s, const TwoRows& by_v, const TwoRows& by_a, double dt_s) {
     set = true;
     Set(by_s, by_v, dt_s);
+    by[2] += by_a;
   }
   void SetInTrack(const Eigen::Matrix3d& axes,
                   const std::optional<TrackAxes>& turning,
                   const TwoRows& by_s,
                   const TwoRows& by_v,
+                  const TwoRows& by_a,
                   double dt_s) {
-    const TwoRows s0 = by_s.lazyProduct(axes), v0 = by_v.lazyProduct(axes);
-    SetInFrame(s0, v0, dt_s);
+    const TwoRows s0 = by_s.lazyProduct(axes), v0 = by_v.lazyProduct(axes),
+                  a0 = by_a.lazyProduct(axes);
+    SetInFrame(s0, v0, a0, dt_s);
     if (!turning) return;
-    const TwoRows later = (0.5 * dt_s * dt_s) * by_s + dt_s * by_v;
+    const TwoRows later = (0.5 * dt_s * dt_s) * by_s + dt_s * by_v + by_a;
     const TwoRows now = dt_s * by_s + by_v;
     by[0] += now.lazyProduct(turning->rate) + later.lazyProduct(turning->acceleration);
     by[1] += (2.0 * later).lazyProduct(turning->rate);
@@ -82,11 +85,12 @@ void SetColumns(const TermAtTime& term, const AxisPartials& partials, LocalRow* 
   }
 }
 
-/// Sets the columns of all corrections of the path, `by_s` and `by_v` partials by position and
-/// velocity of the antenna a time `dt_s` after the reading.
+/// Sets the columns of all corrections of the path, `by_s`, `by_v` and `by_a` partials by position,
+/// velocity and acceleration of the antenna a time `dt_s` after the reading.
 void SetPathColumns(const PathReading& path,
                     const TwoRows& by_s,
                     const TwoRows& by_v,
+                    const TwoRows& by_a,
                     double dt_s,
                     LocalRow* rows) {
   AxisPartials track, frame;  // three numbers an axis serve all basis functions
@@ -94,22 +98,28 @@ void SetPathColumns(const PathReading& path,
     const bool in_track = path.terms[q].axes == PositionCorrection::Axes::kTrack;
     AxisPartials& partials = in_track ? track : frame;
     if (in_track && !partials.set) {
-      partials.SetInTrack(*path.axes, path.turning, by_s, by_v, dt_s);
+      partials.SetInTrack(*path.axes, path.turning, by_s, by_v, by_a, dt_s);
     } else if (!partials.set) {
-      partials.SetInFrame(by_s, by_v, dt_s);
+      partials.SetInFrame(by_s, by_v, by_a, dt_s);
     }
     SetColumns(path.terms[q], partials, rows);
   }
 }
 
 /// The second derivatives of a look at its crossing. With t the time from there, the range
-/// r(t, d, v) = |d - v t - a t^2/2| and the cone F(t, d, v) = u.d - rho sin(tau) of d and v at t,
+/// r(t, d, v, a) = |d - v t - a t^2/2| and the cone F(t, d, v, a) = u.d - rho sin(tau) of d - v t -
+/// a t^2/2 and v + a t,
 ///
 ///     t' = -F'/F_t,   t'' = -(F'' + F_t' t' + t' F_t' + F_tt t' t')/F_t,
 ///     R'' = r'' + r_t' t' + t' r_t' + r_tt t' t' + r_t t''
-void SetCurvature(const Crossing& crossing, const Eigen::Vector3d& a, LookCurvature* out) {
-  using Matrix6 = LookCurvature::Matrix6;
-  using Vector6 = Eigen::Matrix<double, 6, 1>;
+///
+/// where of all derivatives by a only that of F_t is not 0: F_v, so that a counts by F_v.a.
+void SetCurvature(const Crossing& crossing,
+                  const Eigen::Vector3d& a,
+                  const Eigen::Vector3d& jerk,
+                  LookCurvature* out) {
+  using Matrix = LookCurvature::Matrix;
+  using Vector = Eigen::Matrix<double, LookCurvature::kSize, 1>;
   const Eigen::Vector3d &d = crossing.d_m, &v = crossing.v_mps;
   const double rho = crossing.eq.rho_m, speed = v.norm();
   const Eigen::Vector3d g = d / rho, u = v / speed;
@@ -122,15 +132,17 @@ void SetCurvature(const Crossing& crossing, const Eigen::Vector3d& a, LookCurvat
       (speed * speed);
   const Eigen::Vector3d f_d = u - sine * g, f_v = f_dv * d;
   const double f_t = f_v.dot(a) - f_d.dot(v), r_t = -g.dot(v);
-  const double f_tt = v.dot(f_dd * v) - 2.0 * v.dot(f_dv * a) + a.dot(f_vv * a) - f_d.dot(a);
+  const double f_tt =
+      v.dot(f_dd * v) - 2.0 * v.dot(f_dv * a) + a.dot(f_vv * a) - f_d.dot(a) + f_v.dot(jerk);
   const double r_tt = v.dot(r_dd * v) - g.dot(a);
-  Vector6 t1, f_t1, r_t1;
-  t1 << f_d, f_v;
+  Vector t1, f_t1, r_t1;
+  t1 << f_d, f_v, 0.0;
   t1 /= -f_t;
-  f_t1 << f_dv * a - f_dd * v, f_vv * a - f_dv * v - f_d;
-  r_t1 << -r_dd * v, -g;
-  Matrix6 f2;
-  f2 << f_dd, f_dv, f_dv, f_vv;
+  f_t1 << f_dv * a - f_dd * v, f_vv * a - f_dv * v - f_d, 1.0;
+  r_t1 << -r_dd * v, -g, 0.0;
+  Matrix f2 = Matrix::Zero();
+  f2.topLeftCorner<6, 6>() << f_dd, f_dv, f_dv, f_vv;
+  out->cone_by_velocity = f_v;
   out->azimuth =
       -(f2 + f_t1 * t1.transpose() + t1 * f_t1.transpose() + f_tt * t1 * t1.transpose()) / f_t;
   out->range = r_t1 * t1.transpose() + t1 * r_t1.transpose() + r_tt * t1 * t1.transpose() +
@@ -151,8 +163,9 @@ void SetCurvatureOfDoppler(const Crossing& crossing, double wavelength_m, LookCu
   out->azimuth.setZero();
   out->azimuth.topLeftCorner<3, 3>() =
       -hz_per_mps / rho * (across * g.transpose() + g * across.transpose() + v.dot(g) * r_dd);
-  out->azimuth.topRightCorner<3, 3>() = hz_per_mps * r_dd;
-  out->azimuth.bottomLeftCorner<3, 3>() = hz_per_mps * r_dd;
+  out->azimuth.block<3, 3>(0, 3) = hz_per_mps * r_dd;
+  out->azimuth.block<3, 3>(3, 0) = hz_per_mps * r_dd;
+  out->cone_by_velocity.setZero();
 }
 
 }  // namespace
@@ -255,8 +268,10 @@ bool EvaluateMeasuredLook(const CorrectedPath& corrected,
       SetCurvatureOfDoppler(crossing, look.wavelength_m, curvature);
     } else {
       const Motion& motion = path.motion;
-      SetCurvature(
-          crossing, motion.acceleration_mps2 + crossing.dt_s * motion.jerk_mps3, curvature);
+      SetCurvature(crossing,
+                   motion.acceleration_mps2 + crossing.dt_s * motion.jerk_mps3,
+                   motion.jerk_mps3,
+                   curvature);
     }
     for (auto& row : curvature->row) {
       std::fill_n(row.begin(), static_cast<std::size_t>(columns), 0.0);
@@ -266,22 +281,24 @@ bool EvaluateMeasuredLook(const CorrectedPath& corrected,
 
   if (path.term_count > 0) {
     const Eigen::RowVector3d cone_by_v = crossing.ConeByVelocity(turn.used);
-    TwoRows by_s, by_v;
+    TwoRows by_s, by_v, by_a = TwoRows::Zero();
     by_s << wr * range_by_s - of_range * eq.ded_dp, -of_azimuth * eq.ded_dp;
     by_v << of_range * cone_by_v, of_azimuth * cone_by_v;
-    SetPathColumns(path, by_s, by_v, dt_s, out->row.data());
-    for (std::size_t pair = 0; curvature != nullptr && pair < 3; ++pair) {
+    SetPathColumns(path, by_s, by_v, by_a, dt_s, out->row.data());
+    for (std::size_t pair = 0; curvature != nullptr && pair < 4; ++pair) {
       by_s.setZero();
       by_v.setZero();
       for (std::size_t k = 0; k < 2; ++k) {
         const auto axis = static_cast<Eigen::Index>(2 * pair + k);
         if (axis < 3) {
           by_s(static_cast<Eigen::Index>(k), axis) = -1.0;
-        } else {
+        } else if (axis < 6) {
           by_v(static_cast<Eigen::Index>(k), axis - 3) = 1.0;
+        } else if (axis == 6) {
+          by_a.row(static_cast<Eigen::Index>(k)) = curvature->cone_by_velocity.transpose();
         }
       }
-      SetPathColumns(path, by_s, by_v, dt_s, &curvature->row[2 * pair]);
+      SetPathColumns(path, by_s, by_v, by_a, dt_s, &curvature->row[2 * pair]);
     }
   }
   const auto set = [&](int column, double range, double doppler) {

@@ -59,14 +59,17 @@ struct LookEvaluation {
   }
 };
 
-/// Second derivatives of the two measurements of a look by d = p - s [m] and v [m/s], point and
-/// antenna at the crossing: of the implicit function, with the acceleration of the path
-/// (docs/theory/adjustment.md, section 4).
+/// Second derivatives of the two measurements of a look by d = p - s [m], v [m/s] and the part of
+/// the antenna's acceleration that turns the cone, f_v.a [m/s], all at the crossing: of the
+/// implicit function (docs/theory/adjustment.md, section 4).
 struct LookCurvature {
-  using Matrix6 = Eigen::Matrix<double, 6, 6>;
-  Matrix6 range, azimuth;  ///< of R_p [m] and of t_p [s] or f_p [Hz]
-  /// Partials of d and v by the look's local columns; the first column_count of each are set.
-  std::array<std::array<double, ParameterLayout::kMaxLocalColumns>, 6> row;
+  static constexpr Eigen::Index kSize = 7;
+  using Matrix = Eigen::Matrix<double, kSize, kSize>;
+  Matrix range, azimuth;  ///< of R_p [m] and of t_p [s] or f_p [Hz]
+  /// Partials of the seven by the look's local columns; the first column_count of each are set. A
+  /// last row makes them pairs.
+  std::array<std::array<double, ParameterLayout::kMaxLocalColumns>, kSize + 1> row;
+  Eigen::Vector3d cone_by_velocity;  ///< f_v, 0 where the time is exact
 };
 
 /// What a look measures, predicted from its point and all corrections: the explicit model

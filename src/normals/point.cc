@@ -264,22 +264,25 @@ void SetCurvedRows(const LookCurvature& curvature,
                    const Eigen::Vector2d& weighted_error,
                    const LookColumns& columns,
                    CurvedRows* out) {
-  using Matrix6 = LookCurvature::Matrix6;
-  const Matrix6 m = weighted_error[0] * curvature.range + weighted_error[1] * curvature.azimuth;
-  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(m);
-  for (Eigen::Index k = 0; k < 6; ++k) {
+  using Matrix = LookCurvature::Matrix;
+  constexpr Eigen::Index kSize = LookCurvature::kSize;
+  static_assert(2 * CurvedRows::kPerLook == kSize + 1);
+  const Matrix m = weighted_error[0] * curvature.range + weighted_error[1] * curvature.azimuth;
+  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(m);
+  for (Eigen::Index k = 0; k <= kSize; ++k) {
     CurvedRows& rows = out[k / 2];
     rows.columns = &columns;
-    const double value = eigen.eigenvalues()[k];
+    // The last row, which makes them pairs, is 0.
+    const double value = k < kSize ? eigen.eigenvalues()[k] : 0.0;
     rows.sign[k % 2] = value < 0.0 ? -1.0 : 1.0;
-    const Eigen::Matrix<double, 6, 1> axis =
-        std::sqrt(std::abs(value)) * eigen.eigenvectors().col(k);
+    const Eigen::Matrix<double, kSize, 1> axis =
+        std::sqrt(std::abs(value)) * eigen.eigenvectors().col(std::min(k, kSize - 1));
     rows.d_point.row(k % 2) = axis.head<3>().transpose();
     auto& row = rows.row[static_cast<std::size_t>(k % 2)];
     for (std::size_t c = 0; c < static_cast<std::size_t>(columns.column_count); ++c) {
       double sum = 0.0;
-      for (std::size_t i = 0; i < 6; ++i) {
-        sum += axis[static_cast<Eigen::Index>(i)] * curvature.row[i][c];
+      for (Eigen::Index i = 0; i < kSize; ++i) {
+        sum += axis[i] * curvature.row[static_cast<std::size_t>(i)][c];
       }
       row[c] = sum;
     }

@@ -38,10 +38,10 @@ struct WhitenedLook : LookEvaluation {
 };
 
 /// What the errors of a look times its second derivatives (LookCurvature) add to J'J: the sum over
-/// the rows g, two here and six of a look, of sign g' g. Gauss-Newton leaves it out; in a direction
-/// that is known only to some ten metres it is as much as all the rest.
+/// the rows g, two here and seven of a look, of sign g' g. Gauss-Newton leaves it out; in a
+/// direction that is known only to some ten metres it is as much as all the rest.
 struct CurvedRows {
-  static constexpr int kPerLook = 3;
+  static constexpr int kPerLook = 4;  ///< one row more than seven is 0
   const LookColumns* columns = nullptr;
   Eigen::Vector2d sign = Eigen::Vector2d::Ones();
   Eigen::Matrix<double, 2, 3> d_point;

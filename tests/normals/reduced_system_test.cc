@@ -130,19 +130,26 @@ Eigen::VectorXd GradientAt(const AdjustmentProblem& problem,
   return there.jacobian.transpose() * there.residual;
 }
 
-// Second route: Newton's step by second derivatives of the cost, differences of the dense gradient.
-TEST_P(ReducedSystemTest, GivesTheStepOfSecondDerivatives) {
-  const Eigen::Index n = dense_.jacobian.cols();
+/// Newton's step of the corrections by second derivatives of the cost, differences of the dense
+/// gradient.
+Eigen::VectorXd StepOfDifferences(const AdjustmentProblem& problem,
+                                  const BlockState& state,
+                                  const test::DenseEquations& dense) {
+  const Eigen::Index n = dense.jacobian.cols();
   Eigen::MatrixXd hessian(n, n);
   for (Eigen::Index k = 0; k < n; ++k) {
     const double by = 0.03;  // m; of a drift m at the ends of the strip
-    hessian.col(k) = (GradientAt(*problem_, state_, dense_, k, by) -
-                      GradientAt(*problem_, state_, dense_, k, -by)) /
-                     (2.0 * by);
+    hessian.col(k) =
+        (GradientAt(problem, state, dense, k, by) - GradientAt(problem, state, dense, k, -by)) /
+        (2.0 * by);
   }
-  const Eigen::VectorXd gradient = dense_.jacobian.transpose() * dense_.residual;
-  const Eigen::VectorXd expected =
-      -hessian.fullPivLu().solve(gradient).tail(problem_->layout.size());
+  const Eigen::VectorXd gradient = dense.jacobian.transpose() * dense.residual;
+  return -hessian.fullPivLu().solve(gradient).tail(problem.layout.size());
+}
+
+// Second route.
+TEST_P(ReducedSystemTest, GivesTheStepOfSecondDerivatives) {
+  const Eigen::VectorXd expected = StepOfDifferences(*problem_, state_, dense_);
   const Eigen::VectorXd gauss_newton = system_->Step();
   for (const double damping : {0.0, 1e-14}) {
     ReducedSystem curved(*problem_);
@@ -153,6 +160,27 @@ TEST_P(ReducedSystemTest, GivesTheStepOfSecondDerivatives) {
     const double left_out = GetParam() ? 0.25 : 0.02;
     EXPECT_LT(left, left_out * (gauss_newton - expected).norm()) << damping;
   }
+}
+
+// Second route. Corrections that accelerate the antenna turn the cone, and by that move the
+// crossing of points: a second derivative as large as the others where a polynomial is of second
+// degree.
+TEST(SecondDerivativesTest, CountTheAccelerationOfCorrections) {
+  test::KnownBlock known = test::MakeBlock(test::AircraftPlan(7.9));
+  test::AddKnownPoint(1, {0.31, 0.47, 0.39}, &known);
+  test::AddKnownPoint(5, {0.31, 0.47, 0.59}, &known);
+  test::AddKnownPoint(8, {0.41, 0.57, 0.29}, &known);
+  AdjustmentProblem problem(known.block, {Position(3, 2.7)});
+  const BlockState state = StateOf(known, &problem, 1.7);
+  const Eigen::VectorXd expected =
+      StepOfDifferences(problem, state, test::MakeDenseEquations(problem, state));
+  ReducedSystem plain(problem), curved(problem);
+  plain.Form(state, {}, nullptr);
+  curved.Form(state, {.curved = true}, nullptr);
+  ASSERT_TRUE(plain.FactorDamped());
+  ASSERT_TRUE(curved.FactorDamped());
+  const double left = (curved.Step() - expected).norm();
+  EXPECT_LT(left, 0.02 * (plain.Step() - expected).norm()) << left;
 }
 
 // Definition: ratio of the extreme eigenvalues of S scaled to unit diagonal; the estimate comes
