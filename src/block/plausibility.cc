@@ -311,6 +311,89 @@ std::string ProjectionRemark(const Block& block) {
          "geocentric frame has none";
 }
 
+// ---- decimals
+
+/// The step of decimals, 1, 0.1 and so on, of which all numbers are multiples; 0 once it is so
+/// small that it does not matter.
+class DecimalStep {
+ public:
+  /// Steps up to `harmless` are none.
+  void Add(double value, double harmless) {
+    if (std::isnan(value)) return;
+    ++count_;
+    while (step_ > 0.0 && !IsMultiple(value)) step_ = step_ > harmless ? 0.1 * step_ : 0.0;
+    if (step_ <= harmless) step_ = 0.0;
+  }
+  /// NaN where there are too few numbers, or it does not matter.
+  [[nodiscard]] double step() const { return count_ >= kFewest && step_ > 0.0 ? step_ : kNotGiven; }
+  /// Standard deviation of rounding to it.
+  [[nodiscard]] double rounding() const { return step() / std::sqrt(12.0); }
+
+ private:
+  static constexpr std::size_t kFewest = 8;  // a chance of 1e-21 in any numbers
+  [[nodiscard]] bool IsMultiple(double value) const {
+    const double steps = value / step_;
+    return std::abs(steps - std::round(steps)) < 1e-3;
+  }
+  double step_ = 1.0;
+  std::size_t count_ = 0;
+};
+
+/// Rounding that is half a standard deviation or more: sigma sqrt(12) / 2.
+double HarmlessStep(double sigma) { return 0.5 * std::sqrt(12.0) * sigma; }
+
+std::vector<std::string> DecimalRemarks(const Block& block) {
+  std::vector<DecimalStep> range(block.passes.size()), time(block.passes.size());
+  std::vector<double> speed_mps;
+  for (const Pass& pass : block.passes) {
+    speed_mps.push_back(pass.path.states().front().velocity_mps.norm());
+  }
+  const Looks& looks = block.looks;
+  for (std::size_t i = 0; i < looks.size(); ++i) {
+    const std::uint32_t pass = looks.pass[i];
+    if (block.passes[pass].image || looks.rejected(i)) continue;  // lines and pixels have their own
+    const LookSigma sigma = block.SigmaOf(i);
+    range[pass].Add(looks.range_m[i], HarmlessStep(sigma.range_m));
+    if (block.MeasuresDoppler(i)) continue;
+    const double sigma_s = sigma.azimuth_unit == AzimuthUnit::kSeconds
+                               ? sigma.azimuth
+                               : sigma.azimuth / speed_mps[pass];
+    time[pass].Add(looks.time_s[i], HarmlessStep(sigma_s));
+  }
+  std::vector<std::string> remarks;
+  for (std::size_t pass = 0; pass < block.passes.size(); ++pass) {
+    const auto add =
+        [&](const char* what, const DecimalStep& step, double metres, const char* where) {
+          if (std::isnan(step.step())) return;
+          remarks.push_back("pass " + block.passes[pass].id + ": its " + what +
+                            " are multiples of " + Short(step.step()) + ": rounding alone is " +
+                            Short(step.rounding() * metres) + " m " + where +
+                            ", more than half of the standard deviation given");
+        };
+    add("times", time[pass], speed_mps[pass], "along the track");
+    add("ranges", range[pass], 1.0, "in range");
+  }
+  if (block.frame.kind() != FrameKind::kGeocentric) return remarks;
+  DecimalStep degrees;
+  const double metres = kRadPerDeg * block.frame.ellipsoid().a_m;
+  for (const KnownPosition& known : block.points.known) {
+    const Eigen::Vector3d& p_m = block.points.given_m[known.point];
+    if (!p_m.allFinite() || !known.fixed[0] || !known.fixed[1]) continue;
+    const Geodetic at = block.frame.GeodeticFromFrame(p_m);
+    const double sigma_m =
+        std::sqrt(std::max(known.covariance_enu_m2(0, 0), known.covariance_enu_m2(1, 1)));
+    degrees.Add(kDegPerRad * at.lat_rad, HarmlessStep(sigma_m / metres));
+    degrees.Add(kDegPerRad * at.lon_rad, HarmlessStep(sigma_m / metres));
+  }
+  if (!std::isnan(degrees.step())) {
+    remarks.push_back("latitudes and longitudes of known points are multiples of " +
+                      Short(degrees.step()) + " deg: rounding alone is " +
+                      Short(degrees.rounding() * metres) +
+                      " m, more than half of the standard deviation given");
+  }
+  return remarks;
+}
+
 // ---- single known points
 
 std::string PointsRemark(const Block& block,
@@ -375,6 +458,7 @@ std::vector<std::string> ExaminePlausibility(const Block& block) {
     if (!remark.empty()) looks[i].known.clear();  // says nothing of single points
     add(std::move(remark));
   }
+  for (std::string& remark : DecimalRemarks(block)) add(std::move(remark));
   add(PointsRemark(block, looks, medians));
   return remarks;
 }

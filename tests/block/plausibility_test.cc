@@ -220,5 +220,41 @@ TEST(PlausibilityTest, CoordinatesOfAMapProjectionAreNamed) {
   EXPECT_THAT(ExaminePlausibility(block), testing::Not(Contains(HasSubstr("map projection"))));
 }
 
+// Hand arithmetic: 0.1 ms at 7.5 km/s is 0.75 m, its rounding 0.22 m; four decimals of a degree are
+// 11.1 m, their rounding 3.2 m; a range in whole metres rounds by 0.29 m.
+TEST(PlausibilityTest, DecimalsThatRoundMoreThanIsStatedAreNamed) {
+  const auto rounded = [](double value, double step) { return step * std::round(value / step); };
+  Block block = RightBlock(test::OrbitPlan());
+  for (Pass& pass : block.passes) pass.sigma = {0.4, 6e-5, AzimuthUnit::kSeconds};
+  EXPECT_THAT(ExaminePlausibility(block), IsEmpty());
+  ChangeLooks(
+      1,
+      [&](std::size_t i) { block.looks.time_s[i] = rounded(block.looks.time_s[i], 1e-4); },
+      block);
+  EXPECT_THAT(ExaminePlausibility(block), IsEmpty());  // 29 us beside 60
+  for (Pass& pass : block.passes) pass.sigma = {0.4, 2e-5, AzimuthUnit::kSeconds};
+  EXPECT_THAT(
+      ExaminePlausibility(block),
+      ElementsAre(HasSubstr("pass A2: its times are multiples of 0.0001: rounding alone is 0.2")));
+  ChangeLooks(
+      2,
+      [&](std::size_t i) { block.looks.range_m[i] = std::round(block.looks.range_m[i]); },
+      block);
+  EXPECT_THAT(
+      ExaminePlausibility(block),
+      Contains(HasSubstr("pass A3: its ranges are multiples of 1: rounding alone is 0.2887 m")));
+  block = RightBlock(test::OrbitPlan());
+  for (const KnownPosition& known : block.points.known) {
+    Eigen::Vector3d& p_m = block.points.given_m[known.point];
+    Geodetic at = block.frame.GeodeticFromFrame(p_m);
+    at.lat_rad = kRadPerDeg * rounded(kDegPerRad * at.lat_rad, 1e-4);
+    at.lon_rad = kRadPerDeg * rounded(kDegPerRad * at.lon_rad, 1e-4);
+    p_m = block.frame.FrameFromGeodetic(at);
+  }
+  EXPECT_THAT(ExaminePlausibility(block),
+              Contains(HasSubstr("latitudes and longitudes of known points are multiples of 0.0001 "
+                                 "deg: rounding alone is 3.2")));
+}
+
 }  // namespace
 }  // namespace sarblock

@@ -31,7 +31,7 @@ AdjustOptions Polynomial(int degree, double prior_m) {
   return options;
 }
 
-test::SceneBlock Scene(const std::string& name, const std::vector<std::string>& sets = {}) {
+test::SceneBlock MadeScene(const std::string& name, const std::vector<std::string>& sets = {}) {
   std::vector<std::string> all{"points.count=150"};
   all.insert(all.end(), sets.begin(), sets.end());
   return test::SimulatedSceneBlock("scenes", name, all);
@@ -64,7 +64,7 @@ TEST(ChoicesTest, MoreTermsAndWiderPriorsThanNeededAreAccepted) {
   const std::vector<std::pair<const char*, std::vector<std::string>>> scenes = {
       {"block-12-strips", {}}, {"earth-asc-desc", {"seed=1"}}, {"convergent-squint", {}}};
   for (const auto& [name, set] : scenes) {
-    const test::SceneBlock scene = Scene(name, set);
+    const test::SceneBlock scene = MadeScene(name, set);
     for (const int degree : {1, 2, 4}) {
       for (const double prior_m : {100.0, 1000.0}) {
         const AdjustResult result = Adjust(scene.block, Polynomial(degree, prior_m));
@@ -77,7 +77,7 @@ TEST(ChoicesTest, MoreTermsAndWiderPriorsThanNeededAreAccepted) {
 
 // leberl-aircraft flies up to 142 m beside its recorded paths.
 TEST(ChoicesTest, PriorsThatAreTooTightAreNamedWithTheirFactor) {
-  const test::SceneBlock scene = Scene("leberl-aircraft");
+  const test::SceneBlock scene = MadeScene("leberl-aircraft");
   const Explained tight = Explain(scene.block, Polynomial(0, 3.0));
   EXPECT_EQ(tight.cause(), "model.priors") << tight.first();
   EXPECT_THAT(tight.first(), HasSubstr("times too tight"));
@@ -90,14 +90,14 @@ TEST(ChoicesTest, PriorsThatAreTooTightAreNamedWithTheirFactor) {
 }
 
 TEST(ChoicesTest, KilometresForMetresAreAThousandTimesTooTight) {
-  const test::SceneBlock scene = Scene("leberl-voir");
+  const test::SceneBlock scene = MadeScene("leberl-voir");
   const Explained wrong = Explain(scene.block, Polynomial(0, 0.3));
   EXPECT_EQ(wrong.cause(), "model.priors") << wrong.first();
 }
 
 TEST(ChoicesTest, ADriftWithoutATermIsADegreeTooLow) {
   for (const char* name : {"block-12-strips", "convergent-squint"}) {
-    const Explained low = Explain(Scene(name).block, Polynomial(0, 100.0));
+    const Explained low = Explain(MadeScene(name).block, Polynomial(0, 100.0));
     EXPECT_EQ(low.cause(), "model.degree") << name << ": " << low.first();
     EXPECT_THAT(low.first(), Not(HasSubstr("standard deviations of the ranges"))) << name;
   }
@@ -105,14 +105,14 @@ TEST(ChoicesTest, ADriftWithoutATermIsADegreeTooLow) {
 
 TEST(ChoicesTest, FlightsWithoutCorrectionsAreSaidToNeedThem) {
   for (const char* name : {"block-12-strips", "convergent-squint"}) {
-    const Explained none = Explain(Scene(name).block, {});
+    const Explained none = Explain(MadeScene(name).block, {});
     EXPECT_EQ(none.cause(), "model.missing") << name << ": " << none.first();
   }
 }
 
 // Noise alone: twice what is stated, which an explanation cures.
 TEST(ChoicesTest, NoiseIsAStandardDeviationAndItCures) {
-  const test::SceneBlock scene = Scene("block-12-strips", {"looks.noise_scale=2"});
+  const test::SceneBlock scene = MadeScene("block-12-strips", {"looks.noise_scale=2"});
   const Explained noisy = Explain(scene.block, Polynomial(1, 100.0));
   EXPECT_THAT(noisy.cause(), HasSubstr("sigma")) << noisy.first();
   ASSERT_FALSE(noisy.diagnosis.explanations.empty());

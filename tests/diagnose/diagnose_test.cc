@@ -364,9 +364,10 @@ TEST(DiagnoseTest, TellsTheVectorOfShiftedControl) {
   test::TrialBlock made = test::MakeTrialBlock("recorded/sparse-orbit", 3);
   Block& block = made.block;
   const Eigen::Vector3d shift_enu_m(-140.0, 83.0, 47.0);
+  const std::uint32_t first = block.points.known.front().point;
+  const Eigen::Matrix3d enu = block.frame.EnuFromFrame(block.points.given_m[first]);
   for (const KnownPosition& known : block.points.known) {
-    Eigen::Vector3d& p_m = block.points.given_m[known.point];
-    p_m += block.frame.EnuFromFrame(p_m).transpose() * shift_enu_m;
+    block.points.given_m[known.point] += enu.transpose() * shift_enu_m;
   }
   const Diagnosis diagnosis = Diagnose(block, made.options);
   ASSERT_FALSE(diagnosis.explanations.empty());
@@ -384,7 +385,9 @@ TEST(DiagnoseTest, TellsTheScaleOfAMapProjection) {
   // The block of ../shared/data/field/utm, re-made: UTM's scale on its central meridian.
   const std::filesystem::path folder = std::filesystem::path(SARBLOCK_SHARED_DATA) / "field/utm";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is not there";
-  const BlockFile file = ReadBlock(folder, {.contradictions = Contradictions::kKeep});
+  ReadOptions reading;
+  reading.contradictions = Contradictions::kKeep;
+  const BlockFile file = ReadBlock(folder, reading);
   const Diagnosis diagnosis = Diagnose(file.block, file.adjust);
   ASSERT_FALSE(diagnosis.explanations.empty());
   const Explanation& reported = diagnosis.explanations.front();
