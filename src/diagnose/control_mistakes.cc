@@ -5,12 +5,11 @@
 #include <array>
 #include <cmath>
 #include <functional>
-#include <map>
-#include <memory>
 #include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "mistake.h"
 #include "mistakes.h"
@@ -385,7 +384,11 @@ Eigen::Vector3d ShiftIn(const Block& block, const CorrectionModel& model, const 
     if (layout.parameters[static_cast<std::size_t>(i)].owner != kShiftGroup) continue;
     shift_m[axis++] = fit.state.corrections[i];
   }
-  return block.frame.EnuFromFrame(block.points.given_m[block.points.known.front().point]) * shift_m;
+  for (const KnownPosition& known : block.points.known) {
+    const Eigen::Vector3d& p_m = block.points.given_m[known.point];
+    if (p_m.allFinite()) return block.frame.EnuFromFrame(p_m) * shift_m;
+  }
+  return Eigen::Vector3d::Constant(kNotGiven);
 }
 
 }  // namespace

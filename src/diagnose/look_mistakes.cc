@@ -7,6 +7,7 @@
 #include <map>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/text.h"
 #include "mistake.h"
@@ -210,7 +211,7 @@ Hypothesis WrappedTime(const std::string& pass, double period_s) {
            Short(period_s);
   };
   out.screened = true;
-  out.order = Hypothesis::kReported;
+  out.order = Hypothesis::kCertain;
   return out;
 }
 

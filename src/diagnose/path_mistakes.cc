@@ -123,16 +123,15 @@ Hypothesis InertialStates(const Names& passes, double rate) {
   return out;
 }
 
-/// Of a look at a known point: the two times at which inertial axes would have to be those of the
-/// body for its range, the one that agrees better with its cone, within half a turn of time 0. NaN
-/// where the range does not reach.
-double AlignedTimeOf(const Block& block,
+/// The time, within half a turn of time 0, at which inertial axes have to be those of the body for
+/// a look of a pass alone to see a known point: its range leaves two, its cone chooses. NaN where
+/// the range does not reach.
+double AlignedTimeOf(const Block& of_pass,
                      const PredictedLook& look,
-                     std::uint32_t pass,
                      double rate,
                      const Eigen::Vector3d& p_m) {
   Motion at;
-  if (!block.passes[pass].path.Evaluate(look.time_s, &at)) return kNotGiven;
+  if (!of_pass.passes[0].path.Evaluate(look.time_s, &at)) return kNotGiven;
   const Eigen::Vector3d& x_m = at.position_m;
   const double squares = x_m.squaredNorm() + p_m.squaredNorm() - look.range_m * look.range_m;
   const double radii = std::hypot(x_m.x(), x_m.y()) * std::hypot(p_m.x(), p_m.y());
@@ -150,7 +149,9 @@ double AlignedTimeOf(const Block& block,
     state.velocity_mps = at.velocity_mps;
     ToBodyFixed(rate, aligned_s, &state);
     const Eigen::Vector3d los_m = p_m - state.position_m;
-    const double ahead = std::abs(state.velocity_mps.dot(los_m) / los_m.norm());
+    const double speed_mps = state.velocity_mps.norm();
+    const double ahead = std::abs(state.velocity_mps.dot(los_m) / (speed_mps * los_m.norm()) -
+                                  of_pass.ConeOf(look.look).Sine(speed_mps));
     if (ahead < least) std::tie(least, best_s) = std::pair(ahead, aligned_s);
   }
   return best_s;
@@ -171,8 +172,7 @@ Hypothesis InertialMotionOf(const Facts& facts,
     std::uint32_t point = 0;
     for (const PredictedLook& look : known.predictions) {
       while (known.part.looks.offsets[point + 1] <= look.look) ++point;
-      const double time_s =
-          AlignedTimeOf(facts.sample.block, look, pass, rate, known.part.points.given_m[point]);
+      const double time_s = AlignedTimeOf(known.part, look, rate, known.part.points.given_m[point]);
       if (!std::isnan(time_s)) aligned_s.push_back(time_s);
     }
   }

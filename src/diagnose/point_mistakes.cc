@@ -2,15 +2,12 @@
 #include "sarblock/core/error.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <functional>
 #include <map>
 #include <memory>
-#include <numbers>
-#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "mistake.h"
 #include "mistakes.h"

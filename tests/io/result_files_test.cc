@@ -263,7 +263,13 @@ TEST_F(ResultFilesTest, TrajectoriesCanBeUsedAsInput) {  // round trip
   }
   WriteResult(folder_, block_, options_, result_, context_);
   const std::string paths = Content(folder_ / "trajectories.csv");
-  const Block again = ReadBlockTexts({kToml, paths, kLooks, kPoints}).block;
+  // Pass A has a range bias that no state can hold: the block has to ask for one.
+  EXPECT_THAT(test::MessageOf<InputError>([&] {
+                static_cast<void>(ReadBlockTexts({kToml, paths, kLooks, kPoints}));
+              }),
+              testing::HasSubstr("states of pass 'A' also corrected range.bias"));
+  const std::string asking = std::string(kToml) + "[adjust.correction.range]\nbias = true\n";
+  const Block again = ReadBlockTexts({asking, paths, kLooks, kPoints}).block;
   EXPECT_EQ(again.passes[1].path.states()[1].position_m,
             Eigen::Vector3d(7000000, 300000, 9000.0 + 1.0 / 3.0));
 }
