@@ -286,11 +286,8 @@ std::string HeightRemark(const Block& block, const Pass& pass, const PassLooks& 
 
 // ---- the frame
 
-/// Coordinates that only a map projection has: far from its origin beside their own extent.
-std::string ProjectionRemark(const Block& block) {
-  if (block.frame.kind() != FrameKind::kLocal) return "";
-  constexpr double kMinEast_m = 100e3, kMaxEast_m = 61e6, kMinNorth_m = 100e3, kMaxNorth_m = 10e6;
-  constexpr double kFar = 4.0;
+/// Of paths and known points.
+Eigen::AlignedBox2d ExtentOf(const Block& block) {
   Eigen::AlignedBox2d extent;
   for (const Pass& pass : block.passes) {
     for (const StateVector& state : pass.path.states()) extent.extend(state.position_m.head<2>());
@@ -299,11 +296,13 @@ std::string ProjectionRemark(const Block& block) {
     const Eigen::Vector3d& p_m = block.points.given_m[known.point];
     if (p_m.allFinite()) extent.extend(p_m.head<2>());
   }
-  if (extent.isEmpty()) return "";
+  return extent;
+}
+
+std::string ProjectionRemark(const Block& block) {
+  if (!HasMapCoordinates(block)) return "";
+  const Eigen::AlignedBox2d extent = ExtentOf(block);
   const Eigen::Vector2d &least = extent.min(), &most = extent.max();
-  const bool inside = least.x() > kMinEast_m && most.x() < kMaxEast_m && least.y() > kMinNorth_m &&
-                      most.y() < kMaxNorth_m;
-  if (!inside || extent.center().norm() < kFar * extent.sizes().norm()) return "";
   return "the coordinates are like those of a map projection (x " + Km(least.x()) + " to " +
          Km(most.x()) + ", y " + Km(least.y()) + " to " + Km(most.y()) +
          "), and the axes of kind = \"local\" are straight: a map's scale (UTM: up to 0.4 m in a "
@@ -433,6 +432,17 @@ std::string PointsRemark(const Block& block,
 }
 
 }  // namespace
+
+bool HasMapCoordinates(const Block& block) {
+  if (block.frame.kind() != FrameKind::kLocal) return false;
+  constexpr double kMinEast_m = 100e3, kMaxEast_m = 61e6, kMinNorth_m = 100e3, kMaxNorth_m = 10e6;
+  constexpr double kFar = 4.0;
+  const Eigen::AlignedBox2d extent = ExtentOf(block);
+  if (extent.isEmpty()) return false;
+  const Eigen::Vector2d &least = extent.min(), &most = extent.max();
+  return least.x() > kMinEast_m && most.x() < kMaxEast_m && least.y() > kMinNorth_m &&
+         most.y() < kMaxNorth_m && extent.center().norm() > kFar * extent.sizes().norm();
+}
 
 std::vector<std::string> ExaminePlausibility(const Block& block) {
   std::vector<std::string> remarks;

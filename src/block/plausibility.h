@@ -28,6 +28,10 @@ namespace sarblock {
 /// mistakes of units, frames, sides, files and names do. Linear in the looks.
 [[nodiscard]] std::vector<std::string> ExaminePlausibility(const Block& block);
 
+/// Whether the coordinates of a local frame are like those of a map projection: x from 100 km to
+/// 61,000 km (zone numbers before), y from 100 to 10,000 km, both far from 0 beside their extent.
+[[nodiscard]] bool HasMapCoordinates(const Block& block);
+
 /// Passes that have the same recorded states, a sentence for each pair: one flight under two names,
 /// whose errors are the same, or, if the times differ, the orbit of another date. Straight flights
 /// are left out: they are lines of a plan. Passes whose indices `share` joins are one flight that

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "block/plausibility.h"
 #include "core/text.h"
 #include "geometry/state_checks.h"
 #include "mistake.h"
@@ -428,7 +429,7 @@ std::vector<KnownNumber> MapScales(double x_m) {
 /// Coordinates of a map projection in a frame whose axes are straight.
 void AddMapProjection(const Facts& facts, Hypotheses* out) {
   const Block& block = facts.sample.block;
-  if (block.frame.kind() != FrameKind::kLocal || block.points.known.empty()) return;
+  if (!HasMapCoordinates(block) || block.points.known.empty()) return;
   MapPlane plane;
   double count = 0.0, ground_m = 0.0, farthest_m = 0.0;
   double least_sigma_m = std::numeric_limits<double>::infinity();
@@ -483,6 +484,7 @@ void AddMapProjection(const Facts& facts, Hypotheses* out) {
         "coordinates or of latitude, longitude and height");
   };
   hypothesis.screened = true;
+  hypothesis.order = Hypothesis::kScored;
   out->push_back(std::move(hypothesis));
 }
 

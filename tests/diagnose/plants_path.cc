@@ -90,15 +90,16 @@ Planted MapProjection(Block* block, RandomStream* random) {
   if (block->frame.kind() != FrameKind::kLocal || block->points.known.empty()) return {};
   constexpr double kEarth_m = 6371000.0;
   const double scale = 0.9996 + 4e-4 * random->Uniform();
+  const Eigen::Vector2d origin_m(437000.0, 5312000.0);  // as in a zone of UTM
   const Eigen::Vector3d middle_m = block->points.given_m[block->points.known.front().point];
   const auto on_map = [&](const Eigen::Vector3d& p_m) -> Eigen::Vector3d {
     const Eigen::Vector2d plan_m = p_m.head<2>() - middle_m.head<2>();
     const double below_m = kEarth_m + p_m.z();  // from the centre of the ground
     const double angle_rad = std::atan2(plan_m.norm(), below_m);
     Eigen::Vector3d out;
-    out << middle_m.head<2>() + scale * kEarth_m * angle_rad * plan_m.normalized(),
+    out << middle_m.head<2>() + origin_m + scale * kEarth_m * angle_rad * plan_m.normalized(),
         std::hypot(plan_m.norm(), below_m) - kEarth_m;
-    if (plan_m.norm() == 0.0) out = p_m;
+    if (plan_m.norm() == 0.0) out << p_m.head<2>() + origin_m, p_m.z();
     return out;
   };
   EditStates(block, {}, [&](StateVector* state) {
