@@ -420,7 +420,9 @@ void AddShiftedControl(const Facts& facts, Hypotheses* out) {
   };
   hypothesis.screened = true;
   hypothesis.local = true;
-  hypothesis.order = Hypothesis::kReported;
+  // Near a solution, or where looks have no place, single rows come first: a shift loses none.
+  const bool of_all = !facts.near() && facts.before.lost == 0;
+  hypothesis.order = of_all ? Hypothesis::kReported : Hypothesis::kGuessed;
   out->push_back(std::move(hypothesis));
 }
 
