@@ -4,7 +4,8 @@
 # as errors and every public header compiled alone; runs its tests (units, seeded statistics, house
 # rules, the installed package used by a project outside); then builds with clang, warnings as errors
 # again, and runs the tests under AddressSanitizer and UndefinedBehaviorSanitizer. The last line is
-# `N passed, N failed`; the exit status is 0 only if nothing failed.
+# `N passed, N failed` (with sanitizers a part of a module's tests counts as one); the exit status is 0
+# only if nothing failed.
 #
 # SARBLOCK_DRAWS  seeded draws of each statistical test. Here 6: every path runs, in minutes. The
 #                 full form is SARBLOCK_DRAWS=200 (docs/validation.md).

@@ -64,13 +64,6 @@ std::string AlternationRemark(const Pass& pass) {
   return alternation ? "pass " + pass.id + ": " + Describe(*alternation) : "";
 }
 
-/// Nothing where it is not in inertial axes, or cannot be seen.
-std::optional<InertialMotion> InertialMotionOf(const Block& block, const Pass& pass) {
-  if (block.frame.kind() != FrameKind::kGeocentric) return std::nullopt;
-  const Body* body = FindBody(block.frame.ellipsoid().name);
-  return body == nullptr ? std::nullopt : FindInertialMotion(pass.RecordedStates(), *body);
-}
-
 std::string InertialRemark(const Block& block, const Pass& pass) {
   const auto motion = InertialMotionOf(block, pass);
   if (!motion) return "";
@@ -323,6 +316,8 @@ class DecimalStep {
     while (step_ > 0.0 && !IsMultiple(value)) step_ = step_ > harmless ? 0.1 * step_ : 0.0;
     if (step_ <= harmless) step_ = 0.0;
   }
+  /// No number can change it any more.
+  [[nodiscard]] bool settled() const { return step_ == 0.0; }
   /// NaN where there are too few numbers, or it does not matter.
   [[nodiscard]] double step() const { return count_ >= kFewest && step_ > 0.0 ? step_ : kNotGiven; }
   /// Standard deviation of rounding to it.
@@ -338,7 +333,7 @@ class DecimalStep {
   std::size_t count_ = 0;
 };
 
-/// Rounding that is half a standard deviation or more: sigma sqrt(12) / 2.
+/// Rounding to this step, whose standard deviation is the step over sqrt(12), is half of sigma.
 double HarmlessStep(double sigma) { return 0.5 * std::sqrt(12.0) * sigma; }
 
 std::vector<std::string> DecimalRemarks(const Block& block) {
@@ -350,6 +345,7 @@ std::vector<std::string> DecimalRemarks(const Block& block) {
   const Looks& looks = block.looks;
   for (std::size_t i = 0; i < looks.size(); ++i) {
     const std::uint32_t pass = looks.pass[i];
+    if (range[pass].settled() && time[pass].settled()) continue;
     if (block.passes[pass].image || looks.rejected(i)) continue;  // lines and pixels have their own
     const LookSigma sigma = block.SigmaOf(i);
     range[pass].Add(looks.range_m[i], HarmlessStep(sigma.range_m));
@@ -432,6 +428,12 @@ std::string PointsRemark(const Block& block,
 }
 
 }  // namespace
+
+std::optional<InertialMotion> InertialMotionOf(const Block& block, const Pass& pass) {
+  if (block.frame.kind() != FrameKind::kGeocentric) return std::nullopt;
+  const Body* body = FindBody(block.frame.ellipsoid().name);
+  return body == nullptr ? std::nullopt : FindInertialMotion(pass.RecordedStates(), *body);
+}
 
 bool HasMapCoordinates(const Block& block) {
   if (block.frame.kind() != FrameKind::kLocal) return false;

@@ -6,8 +6,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "geometry/state_checks.h"
 
 namespace sarblock {
 
@@ -27,6 +30,10 @@ namespace sarblock {
 /// Errors of paths that navigation may have, up to some per cent of the range, draw no remark:
 /// mistakes of units, frames, sides, files and names do. Linear in the looks.
 [[nodiscard]] std::vector<std::string> ExaminePlausibility(const Block& block);
+
+/// The evidence that the recorded states of a pass are in inertial axes (FindInertialMotion);
+/// nothing in a local frame and about a body without a name.
+[[nodiscard]] std::optional<InertialMotion> InertialMotionOf(const Block& block, const Pass& pass);
 
 /// Whether the coordinates of a local frame are like those of a map projection: x from 100 km to
 /// 61,000 km (zone numbers before), y from 100 to 10,000 km, both far from 0 beside their extent.

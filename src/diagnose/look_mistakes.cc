@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/text.h"
+#include "geometry/state_checks.h"
 #include "mistake.h"
 #include "mistakes.h"
 #include "normals/reduced_system.h"
@@ -61,17 +62,6 @@ double SigmaOfTime(const PassPredictions& pass, const Facts& facts) {
     return azimuth * pass.part.ApproximateAzimuthUnit_m(0, pass.speed_mps) / pass.speed_mps;
   }
   return sigma.azimuth_unit == AzimuthUnit::kSeconds ? azimuth : azimuth / pass.speed_mps;
-}
-
-/// What brings a time to the path that is a period before or after it; 0 where neither does, or it
-/// is on the path.
-double WrapOf(const FlightPath& path, double time_s, double period_s) {
-  const auto on_path = [&path](double t) { return t >= path.start_s() && t <= path.end_s(); };
-  if (on_path(time_s)) return 0.0;
-  for (const double shift_s : {period_s, -period_s}) {
-    if (on_path(time_s + shift_s)) return shift_s;
-  }
-  return 0.0;
 }
 
 }  // namespace
@@ -183,32 +173,33 @@ Hypothesis DriftingTime(const Names& passes, double rate, double right_s, double
            (size.value > 0.0 ? " too fast" : " too slow");
   };
   out.change = [passes, right_s](const Size& size) {
-    return "observations.csv: time_s " + PassesPhrase(passes) + " less " + Short(right_s) +
-           ", divided by " + Digits(1.0 + size.value, 8) + ", plus " + Short(right_s);
+    const std::string right = NumberText(right_s);
+    return "observations.csv: " + right + " + (time_s - " + right + ") / " +
+           Digits(1.0 + size.value, 8) + " for time_s " + PassesPhrase(passes);
   };
   return out;
 }
 
-/// Looks of a pass that a day or a week away lie on its path.
-Hypothesis WrappedTime(const std::string& pass, double period_s) {
+/// Looks of a pass that lie on its path a day or a week away.
+Hypothesis WrappedTime(const std::string& pass) {
   Hypothesis out;
   out.kind = MistakeKind::kTime;
   out.cause = "time.wrap";
   out.parameters = 0;
   out.passes = {pass};
-  out.undo = [pass, period_s](Block* block, double) {
+  out.undo = [pass](Block* block, double) {
     ForLooks(*block, {pass}, [&](std::size_t i) {
-      const FlightPath& path = block->passes[block->looks.pass[i]].path;
-      block->looks.time_s[i] += WrapOf(path, block->looks.time_s[i], period_s);
+      double& time_s = block->looks.time_s[i];
+      time_s += WrapOf_s(block->passes[block->looks.pass[i]].path, time_s);
     });
   };
-  const std::string often = period_s > 86400.0 ? "every week" : "at midnight";
-  out.says = [pass, often](const Size&) {
-    return "the times of some looks of pass " + pass + " begin again " + often;
+  out.says = [pass](const Size&) {
+    return "the times of some looks of pass " + pass +
+           " are seconds of the day or week that begin again";
   };
-  out.change = [pass, period_s](const Size&) {
-    return "observations.csv: time_s of these looks of pass " + pass + " plus or minus " +
-           Short(period_s);
+  out.change = [pass](const Size&) {
+    return "observations.csv: time_s of these looks of pass " + pass +
+           " plus or minus a day or a week";
   };
   out.screened = true;
   out.order = Hypothesis::kCertain;
@@ -216,18 +207,14 @@ Hypothesis WrappedTime(const std::string& pass, double period_s) {
 }
 
 void AddWraps(const Block& block, Hypotheses* out) {
-  for (std::uint32_t pass = 0; pass < block.passes.size(); ++pass) {
-    const std::string& id = block.passes[pass].id;
-    const FlightPath& path = block.passes[pass].path;
-    for (const double period_s : {86400.0, 604800.0}) {
-      bool on_path = false, wrapped = false;
-      ForLooks(block, {id}, [&](std::size_t i) {
-        const double time_s = block.looks.time_s[i];
-        on_path = on_path || (time_s >= path.start_s() && time_s <= path.end_s());
-        wrapped = wrapped || WrapOf(path, time_s, period_s) != 0.0;
-      });
-      if (on_path && wrapped) out->push_back(WrappedTime(id, period_s));
-    }
+  for (const Pass& pass : block.passes) {
+    bool on_path = false, wrapped = false;
+    ForLooks(block, {pass.id}, [&](std::size_t i) {
+      const double time_s = block.looks.time_s[i];
+      on_path = on_path || (time_s >= pass.path.start_s() && time_s <= pass.path.end_s());
+      wrapped = wrapped || WrapOf_s(pass.path, time_s) != 0.0;
+    });
+    if (on_path && wrapped) out->push_back(WrappedTime(pass.id));
   }
 }
 
@@ -618,7 +605,17 @@ Hypothesis NativeDoppler(const Names& passes, const Squints& squints, double slo
   return out;
 }
 
-void AddOf(const Names& passes, const Squints& squints, Hypotheses* out) {
+/// How clearly known points show native Doppler: their distance from the line beside its change
+/// from near to far.
+struct NativeShown {
+  double unclear = 0.0;
+  Hypothesis hypothesis;
+};
+
+void AddOf(const Names& passes,
+           const Squints& squints,
+           std::vector<NativeShown>* native,
+           Hypotheses* out) {
   if (squints.given) {
     const char* column = squints.doppler ? "doppler_hz" : "squint_deg";
     out->push_back(ScaledCone(passes, column, {-1.0, "have the wrong sign"}));
@@ -644,27 +641,22 @@ void AddOf(const Names& passes, const Squints& squints, Hypotheses* out) {
       std::minmax_element(squints.range_m.begin(), squints.range_m.end());
   if (!(*farthest > *nearest)) return;
   const double across_m = *farthest - *nearest;
-  out->push_back(NativeDoppler(passes, squints, line.slope, kSquintStep_rad / across_m));
-  // How far from the cone the change puts the near and the far points, beside what is left.
-  out->back().order = line.spread / (std::abs(line.slope) * across_m);
+  native->push_back({line.spread / (std::abs(line.slope) * across_m),
+                     NativeDoppler(passes, squints, line.slope, kSquintStep_rad / across_m)});
 }
 
-/// Errors of the flights hide a squint that changes from the screening: those whose points show it
-/// most clearly are solved without.
-void SolveClearestNative(Hypotheses* all) {
+/// Errors of the flights hide from the screening that a squint changes: those whose points show it
+/// most clearly are solved without it.
+void AddNative(std::vector<NativeShown> native, Hypotheses* out) {
   constexpr std::size_t kMost = 3;
   constexpr double kClear = 0.2;
-  std::vector<Hypothesis*> native;
-  for (Hypothesis& hypothesis : *all) {
-    if (hypothesis.cause == "cone.native") native.push_back(&hypothesis);
-  }
-  std::sort(native.begin(), native.end(), [](const Hypothesis* a, const Hypothesis* b) {
-    return a->order < b->order;
+  std::stable_sort(native.begin(), native.end(), [](const NativeShown& a, const NativeShown& b) {
+    return a.unclear < b.unclear;
   });
   for (std::size_t i = 0; i < native.size(); ++i) {
-    native[i]->screened = i < kMost && native[i]->order < kClear;
-    native[i]->order = Hypothesis::kGuessed;
-    native[i]->local = native[i]->screened;
+    Hypothesis& hypothesis = native[i].hypothesis;
+    hypothesis.screened = hypothesis.local = i < kMost && native[i].unclear < kClear;
+    out->push_back(std::move(hypothesis));
   }
 }
 
@@ -703,6 +695,7 @@ Hypothesis SquintBias(const std::vector<std::string>& passes, double value_rad, 
 void AddConeMistakes(const Facts& facts, Hypotheses* out) {
   Names turned;
   Squints all;
+  std::vector<NativeShown> native;
   for (const PassPredictions& pass : facts.passes) {
     const std::string& id = facts.sample.block.passes[pass.pass].id;
     const auto wrong = std::count_if(pass.predictions.begin(),
@@ -714,7 +707,7 @@ void AddConeMistakes(const Facts& facts, Hypotheses* out) {
       out->back().screened = true;
     }
     const Squints squints = SquintsOf(pass);
-    AddOf({id}, squints, out);
+    AddOf({id}, squints, &native, out);
     all.off_rad.insert(all.off_rad.end(), squints.off_rad.begin(), squints.off_rad.end());
     all.range_m.insert(all.range_m.end(), squints.range_m.begin(), squints.range_m.end());
     all.ratio.insert(all.ratio.end(), squints.ratio.begin(), squints.ratio.end());
@@ -726,8 +719,8 @@ void AddConeMistakes(const Facts& facts, Hypotheses* out) {
     out->back().screened = true;
     out->back().order = Hypothesis::kReported;
   }
-  if (facts.passes.size() > 1) AddOf({}, all, out);
-  SolveClearestNative(out);
+  if (facts.passes.size() > 1) AddOf({}, all, &native, out);
+  AddNative(std::move(native), out);
 }
 
 namespace {

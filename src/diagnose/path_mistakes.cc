@@ -159,11 +159,10 @@ double AlignedTimeOf(const Block& of_pass,
 }
 
 /// Inertial axes that the motion shows, aligned with the body's at a time that known points tell.
-Hypothesis InertialMotionOf(const Facts& facts,
-                            const Names& passes,
-                            const Body& body,
-                            const InertialMotion& motion) {
-  const double rate = body.rotation;
+Hypothesis InertialAxes(const Facts& facts,
+                        const Names& passes,
+                        double rate,
+                        const InertialMotion& motion) {
   Hypothesis out = EditedStates(passes, "path.inertial", [rate](StateVector* state, double value) {
     ToBodyFixed(rate, value, state);
   });
@@ -177,7 +176,7 @@ Hypothesis InertialMotionOf(const Facts& facts,
       if (!std::isnan(time_s)) aligned_s.push_back(time_s);
     }
   }
-  // Of both ends of the half turns one is meant.
+  // Times near half a turn may come out on either end of it.
   for (double& time_s : aligned_s) {
     const double turn_s = kTurn_rad / std::abs(rate);
     time_s = aligned_s.front() + std::remainder(time_s - aligned_s.front(), turn_s);
@@ -357,11 +356,9 @@ void AddVelocities(const Facts& facts, Hypotheses* out) {
 Names AddInertialMotions(const Facts& facts, Hypotheses* out) {
   const Block& block = facts.sample.block;
   Names found;
-  const Body* body = FindBody(block.frame.ellipsoid().name);
-  if (block.frame.kind() != FrameKind::kGeocentric || body == nullptr) return found;
   InertialMotion worst{0.0, std::numeric_limits<double>::infinity()};
   for (const Pass& pass : block.passes) {
-    const auto motion = FindInertialMotion(pass.RecordedStates(), *body);
+    const auto motion = InertialMotionOf(block, pass);
     if (!motion) continue;
     found.push_back(pass.id);
     worst.in_fixed_axes_mps2 = std::max(worst.in_fixed_axes_mps2, motion->in_fixed_axes_mps2);
@@ -369,7 +366,8 @@ Names AddInertialMotions(const Facts& facts, Hypotheses* out) {
   }
   if (found.empty()) return found;
   const bool all = found.size() == block.passes.size();
-  out->push_back(InertialMotionOf(facts, all ? Names{} : found, *body, worst));
+  const double rate = FindBody(block.frame.ellipsoid().name)->rotation;
+  out->push_back(InertialAxes(facts, all ? Names{} : found, rate, worst));
   return found;
 }
 
@@ -419,7 +417,7 @@ struct MapPlane {
 std::vector<KnownNumber> MapScales(double x_m) {
   // Of a transverse cylinder, to second order (Snyder 1987, eq. 8-11).
   const double east = (x_m - 500000.0) / (0.9996 * kEarth_m);
-  std::vector<KnownNumber> scales{{1.0, "no other scale than the curved ground makes"}};
+  std::vector<KnownNumber> scales{{1.0, "true lengths: only the curved ground is left out"}};
   if (x_m > 100e3 && x_m < 900e3) {
     scales.insert(scales.begin(), {0.9996 * (1.0 + 0.5 * east * east), "UTM at this easting"});
   }
@@ -517,11 +515,10 @@ void AddPathMistakes(const Facts& facts, Hypotheses* out) {
   AddWholeStates(facts, out);
   AddExchangedPaths(facts, out);
   AddRecordings(facts, out);
-  AddMapProjection(facts, out);
   const Block& block = facts.sample.block;
   for (std::size_t k = first; k < out->size(); ++k) {
     Hypothesis& hypothesis = (*out)[k];
-    if (hypothesis.cause == "path.exchanged" || hypothesis.cause == "frame.projection") continue;
+    if (hypothesis.cause == "path.exchanged") continue;
     for (const std::uint32_t p : PassesOf(block, hypothesis.passes)) {
       const bool smooths = block.passes[p].recorded.asked.through != PathThrough::kStates;
       if (smooths || hypothesis.cause == "path.sparse" || hypothesis.cause == "path.rough") {
@@ -529,6 +526,7 @@ void AddPathMistakes(const Facts& facts, Hypotheses* out) {
       }
     }
   }
+  AddMapProjection(facts, out);  // reads no states anew
 }
 
 namespace {

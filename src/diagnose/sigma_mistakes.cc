@@ -6,8 +6,6 @@
 
 #include "mistake.h"
 #include "mistakes.h"
-#include "model/problem.h"
-#include "normals/point.h"
 #include "sample.h"
 
 namespace sarblock {
@@ -123,7 +121,7 @@ void AddSigmaMistakes(const Facts& facts, Hypotheses* out) {
     out->push_back(ScaledSigma(block, {}, measured, 1.0 / (own_s0 > 0.0 ? own_s0 : s0)));
     if (block.passes.size() < 2) continue;
     for (const Pass& pass : block.passes) {
-      // A pass whose residuals are the rule is none to ask of.
+      // A pass whose residuals are as large as those of the others is not asked for.
       double sum = 0.0, count = 0.0;
       ForLooks(block, {pass.id}, [&](std::size_t i) {
         const auto row = facts.residuals.whitened_errors.row(static_cast<Eigen::Index>(i));
@@ -146,34 +144,6 @@ void AddSigmaMistakes(const Facts& facts, Hypotheses* out) {
 }
 
 namespace {
-
-/// Residuals of known points and their redundancy while corrections stay.
-struct ControlSums {
-  double square = 0.0, redundancy = 0.0;
-  /// v'Pv over redundancy.
-  [[nodiscard]] double factor() const { return square / redundancy; }
-};
-
-ControlSums SumControl(const Block& block, const CorrectionModel& corrections, const Fit& fit) {
-  ControlSums out;
-  if (!fit.solved) return out;
-  AdjustmentProblem problem(block, corrections.groups, {}, corrections.priors);
-  UpdateWeights(fit.state, &problem);
-  PointFactor factor;
-  for (const KnownPosition& known : block.points.known) {
-    const std::size_t point = known.point;
-    if (!problem.Solves(point) || problem.control_of[point] < 0) continue;
-    if (!fit.state.Position(point).allFinite()) continue;
-    FactorPoint(problem, fit.state, {}, 0.0, point, &factor);
-    const auto rows = static_cast<std::size_t>(factor.row_count);
-    for (auto k = 2 * static_cast<std::size_t>(factor.look_count); k < rows; ++k) {
-      const double q0 = factor.q[k], q1 = factor.q[rows + k], q2 = factor.q[2 * rows + k];
-      out.redundancy += 1.0 - q0 * q0 - q1 * q1 - q2 * q2;
-      out.square += factor.e[k] * factor.e[k];
-    }
-  }
-  return out;
-}
 
 /// v'Pv over redundancy of the looks at tie points, while corrections stay; 0 without redundancy.
 double FactorOfTies(const Facts& facts) {
@@ -210,27 +180,29 @@ void AddControlSigma(const Facts& facts, Trials* trials, Hypotheses* out) {
   hypothesis.logarithm = true;
   hypothesis.unit = "1";
   if (FactorOfTies(facts) > kContradicted) return;  // it is not the control alone
-  ControlSums sums = SumControl(trials->given(), facts.corrections, facts.before);
-  if (!(sums.factor() > kTooLarge)) return;
+  double square = facts.residuals.known_square, redundancy = facts.residuals.known_redundancy;
+  if (!(square > kTooLarge * redundancy)) return;
   double log_sigmas = 0.0;
   Fit fit = facts.before;
-  for (int round = 0; round < kMostRounds && sums.redundancy > 0.0; ++round) {
-    const double step = -0.5 * std::log(sums.factor());
+  for (int round = 0; round < kMostRounds && redundancy > 0.0; ++round) {
+    const double step = -0.5 * std::log(square / redundancy);
     if (std::abs(step) < kSettled) break;
-    const double before = sums.redundancy;
+    const double before = redundancy;
     hypothesis.value += step;
     fit =
         trials->With(hypothesis, hypothesis.value, {.warm = &fit.state, .effort = Effort::kQuick});
     if (!fit.solved) return;
     Block block = trials->given();
     hypothesis.undo(&block, hypothesis.value);
-    sums = SumControl(block, facts.corrections, fit);
+    const SampleResiduals residuals = ResidualsOf(block, facts.corrections, fit);
+    square = residuals.known_square;
+    redundancy = residuals.known_redundancy;
     // Sum of ln sigma^2 times the redundancies on the way.
-    log_sigmas -= step * (before + sums.redundancy);
+    log_sigmas -= step * (before + redundancy);
   }
-  if (!(sums.redundancy >= kLeastRedundancy) || !(hypothesis.value < 0.0)) return;
+  if (!(redundancy >= kLeastRedundancy) || !(hypothesis.value < 0.0)) return;
   hypothesis.log_cost = log_sigmas / hypothesis.value;
-  hypothesis.says = [redundancy = sums.redundancy](const Size& size) {
+  hypothesis.says = [redundancy](const Size& size) {
     const double by = 1.0 / size.value;
     return "the standard deviations of the known points are " +
            SizeOf(by, by / std::sqrt(2.0 * redundancy), "").text + " times too small";

@@ -151,7 +151,9 @@ SampleResiduals ResidualsOf(const Block& sample,
                             const Fit& fit) {
   const auto looks = static_cast<Eigen::Index>(sample.looks.size());
   SampleResiduals out{Eigen::MatrixX2d::Constant(looks, 2, kNotGiven),
-                      Eigen::MatrixX2d::Constant(looks, 2, kNotGiven)};
+                      Eigen::MatrixX2d::Constant(looks, 2, kNotGiven),
+                      0.0,
+                      0.0};
   if (!fit.solved) return out;
   AdjustmentProblem problem(sample, corrections.groups, {}, corrections.priors);
   UpdateWeights(fit.state, &problem);
@@ -168,10 +170,16 @@ SampleResiduals ResidualsOf(const Block& sample,
     if (!problem.Solves(point)) continue;
     FactorPoint(problem, fit.state, {}, 0.0, point, &factor);
     const auto rows = static_cast<std::size_t>(factor.row_count);
-    for (std::size_t k = 0; k < 2 * static_cast<std::size_t>(factor.look_count); ++k) {
+    for (std::size_t k = 0; k < rows; ++k) {
       const double q0 = factor.q[k], q1 = factor.q[rows + k], q2 = factor.q[2 * rows + k];
-      out.redundancy(static_cast<Eigen::Index>(factor.looks[k / 2].look),
-                     static_cast<Eigen::Index>(k % 2)) = 1.0 - q0 * q0 - q1 * q1 - q2 * q2;
+      const double redundancy = 1.0 - q0 * q0 - q1 * q1 - q2 * q2;
+      if (k < 2 * static_cast<std::size_t>(factor.look_count)) {
+        out.redundancy(static_cast<Eigen::Index>(factor.looks[k / 2].look),
+                       static_cast<Eigen::Index>(k % 2)) = redundancy;
+      } else {
+        out.known_redundancy += redundancy;
+        out.known_square += factor.e[k] * factor.e[k];
+      }
     }
   }
   return out;

@@ -80,6 +80,8 @@ struct SampleResiduals {
   Eigen::MatrixX2d whitened_errors;  ///< over their standard deviations
   Eigen::MatrixX2d redundancy;       ///< part of an error of the measurement that its own residual
                                 ///< shows while corrections stay: 1 less what its point follows
+  /// v'Pv of the known points' own rows, and their redundancy in the same sense.
+  double known_square = 0.0, known_redundancy = 0.0;
 };
 [[nodiscard]] SampleResiduals ResidualsOf(const Block& sample,
                                           const CorrectionModel& corrections,

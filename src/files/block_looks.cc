@@ -14,6 +14,7 @@
 #include "core/memory.h"
 #include "core/text.h"
 #include "core/threads.h"
+#include "geometry/state_checks.h"
 
 namespace sarblock {
 namespace {
@@ -71,16 +72,12 @@ RadarCoordinates ReadImage(const Row& row, const Pass& pass) {
   return *radar;
 }
 
-/// Seconds of the day or of the week begin again at 0.
 std::string WrapHint(const FlightPath& path, double time_s) {
-  for (const double period_s : {86400.0, -86400.0, 604800.0, -604800.0}) {
-    const double other_s = time_s + period_s;
-    if (other_s < path.start_s() || other_s > path.end_s()) continue;
-    return "; " + NumberText(std::abs(period_s)) + " s " + (period_s > 0.0 ? "later" : "earlier") +
-           " it is on it: seconds of the " + (std::abs(period_s) > 86400.0 ? "week" : "day") +
-           " that begin again";
-  }
-  return "";
+  const double wrap_s = WrapOf_s(path, time_s);
+  if (wrap_s == 0.0) return "";
+  return "; " + NumberText(std::abs(wrap_s)) + " s " + (wrap_s > 0.0 ? "later" : "earlier") +
+         " it is on it: seconds of the " + (std::abs(wrap_s) > 86400.0 ? "week" : "day") +
+         " that begin again";
 }
 
 RadarCoordinates ReadMeasured(const Row& row, const Pass& pass, const ReadOptions& options) {

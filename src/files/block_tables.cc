@@ -113,20 +113,24 @@ std::size_t LastLine(const PathTable& table, std::size_t pass) {
   return table.lines[pass].empty() ? 0 : table.lines[pass].back();
 }
 
+bool IsOf(const CorrectionGroup& group, const std::string& pass) {
+  return group.passes.empty() ||
+         std::find(group.passes.begin(), group.passes.end(), pass) != group.passes.end();
+}
+
 namespace {
 
 /// Whether the block asks for corrections of the kind of this parameter, such as "range.bias", of
-/// a pass.
-bool Corrects(const std::vector<CorrectionGroup>& groups,
-              const std::string& pass,
-              std::string_view parameter) {
+/// a pass: `auto` tries all of them.
+bool Corrects(const AdjustOptions& options, const std::string& pass, std::string_view parameter) {
+  if (options.corrections != CorrectionChoice::kGiven) {
+    return options.corrections == CorrectionChoice::kAuto;
+  }
   const std::string_view kind = parameter.substr(0, parameter.find('.'));
-  return std::any_of(groups.begin(), groups.end(), [&](const CorrectionGroup& group) {
-    const bool of_pass =
-        group.passes.empty() ||
-        std::find(group.passes.begin(), group.passes.end(), pass) != group.passes.end();
-    return of_pass && kCorrectionKinds[group.model.index()] == kind;
-  });
+  return std::any_of(
+      options.groups.begin(), options.groups.end(), [&](const CorrectionGroup& group) {
+        return IsOf(group, pass) && kCorrectionKinds[group.model.index()] == kind;
+      });
 }
 
 /// States of a result are no block's where its ranges or times were corrected as well.
@@ -136,7 +140,7 @@ void CheckAdjusted(const TableReader& reader, const PathTable& table, BlockReadi
     std::vector<std::string> left;
     std::istringstream names(table.not_in_states[i]);
     for (std::string name; names >> name;) {
-      if (!Corrects(reading->result.adjust.groups, pass, name)) left.push_back(name);
+      if (!Corrects(reading->result.adjust, pass, name)) left.push_back(name);
     }
     if (left.empty()) continue;
     const std::string text =

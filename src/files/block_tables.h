@@ -3,8 +3,10 @@
 
 #include "sarblock/block/block.h"
 #include "sarblock/core/id_table.h"
+#include "sarblock/model/options.h"
 
 #include <cstddef>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -29,6 +31,9 @@ void WritePaths(TableSink* sink,
                 const IdTable& pass_ids,
                 const std::vector<FlightPath>& paths,
                 const std::vector<std::string>& adjusted = {});
+/// Whether a group corrects a pass.
+[[nodiscard]] bool IsOf(const CorrectionGroup& group, const std::string& pass);
+
 /// What the column `adjusted` says where the states hold all corrections.
 inline constexpr const char* kAllAdjusted = "all";
 

@@ -237,18 +237,27 @@ std::string SummaryJson(const Block& block,
 
 namespace {
 
-/// By pass: the corrections of the result that its corrected states do not hold; a group that
-/// passes share is one of all.
-std::vector<std::string> NotInStates(const Block& block, const AdjustResult& result) {
-  std::vector<std::string> out(block.passes.size());
-  for (const ParameterResult& parameter : result.parameters) {
+/// By pass: the names of the corrections of the result that its corrected states do not hold.
+std::vector<std::string> NotInStates(const ResultView& view) {
+  std::vector<std::string> out(view.pass_ids.size());
+  const auto add = [&out](std::uint32_t pass, const std::string& name) {
+    out[pass] += (out[pass].empty() ? "" : " ") + name;
+  };
+  const SelectionReport& selection = view.result.selection;
+  const std::vector<CorrectionGroup>& groups =
+      selection.empty() ? view.options.groups : selection.groups;
+  for (const ParameterResult& parameter : view.result.parameters) {
     if (parameter.name.starts_with("position.") || parameter.value == 0.0) continue;
-    const auto own = std::find_if(block.passes.begin(), block.passes.end(), [&](const Pass& pass) {
-      return pass.id == parameter.owner;
+    const auto shared = std::find_if(groups.begin(), groups.end(), [&](const CorrectionGroup& g) {
+      return g.shared && g.name == parameter.owner;
     });
-    for (std::size_t i = 0; i < out.size(); ++i) {
-      if (own != block.passes.end() && block.passes[i].id != parameter.owner) continue;
-      out[i] += (out[i].empty() ? "" : " ") + parameter.name;
+    if (shared == groups.end()) {
+      const std::uint32_t own = view.pass_ids.Find(parameter.owner);
+      if (own != IdTable::kNone) add(own, parameter.name);
+      continue;
+    }
+    for (std::uint32_t pass = 0; pass < out.size(); ++pass) {
+      if (IsOf(*shared, std::string(view.pass_ids[pass]))) add(pass, parameter.name);
     }
   }
   for (std::string& names : out) {
@@ -275,8 +284,7 @@ void WriteResultTables(TableSink* sink, const ResultView& view, std::size_t elli
   if (result.corrected_paths.empty()) {
     WritePaths(sink, "trajectories", view.pass_ids, NominalPaths(block));
   } else {
-    WritePaths(
-        sink, "trajectories", view.pass_ids, result.corrected_paths, NotInStates(block, result));
+    WritePaths(sink, "trajectories", view.pass_ids, result.corrected_paths, NotInStates(view));
   }
   const auto folder = sink->folder();
   if (block.frame.kind() != FrameKind::kGeocentric || !folder) return;

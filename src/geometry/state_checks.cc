@@ -122,6 +122,14 @@ std::string Describe(const Alternation& alternation) {
          " from the flight of the others; keep the states of one of them";
 }
 
+double WrapOf_s(const FlightPath& path, double time_s) {
+  for (const double shift_s : {0.0, 86400.0, -86400.0, 604800.0, -604800.0}) {
+    const double shifted_s = time_s + shift_s;
+    if (shifted_s >= path.start_s() && shifted_s <= path.end_s()) return shift_s;
+  }
+  return 0.0;
+}
+
 namespace {
 
 using Eigen::Vector3d;

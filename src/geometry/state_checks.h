@@ -43,6 +43,10 @@ struct Alternation {
 /// "its states alternate between two solutions ...".
 [[nodiscard]] std::string Describe(const Alternation& alternation);
 
+/// What brings a time to the path by a whole day or week, whose seconds begin again: +-86,400 or
+/// +-604,800 s. 0 where the time is on the path, or none does.
+[[nodiscard]] double WrapOf_s(const FlightPath& path, double time_s);
+
 /// Acceleration of recorded states that the attraction of their body leaves unexplained.
 struct InertialMotion {
   double in_fixed_axes_mps2 = 0.0;    ///< if the axes do not turn

@@ -158,6 +158,32 @@ TEST(InertialMotionTest, IsThatOfAnOrbitWhoseAxesDoNotTurn) {
   }
 }
 
+// Noise up to what hides the turning of the axes takes no body-fixed flight for an inertial one:
+// the chance of both halves is below 1e-7 (the noise would have to be the Coriolis acceleration
+// itself, within a tenth).
+TEST(InertialMotionTest, NoiseOfVelocitiesMakesNone) {
+  const Body& earth = *FindBody("WGS84");
+  const std::vector<StateVector> exact = BodyFixed(IntegratedOrbit(1.0, 20), earth.rotation);
+  for (const double noise_mps : {0.1, 1.0, 3.0, 10.0}) {
+    for (std::uint64_t seed = 1; seed <= 500; ++seed) {
+      RandomStream random(seed, 0);
+      std::vector<StateVector> states = exact;
+      for (StateVector& state : states) {
+        for (int i = 0; i < 3; ++i) state.velocity_mps[i] += noise_mps * random.Normal();
+      }
+      EXPECT_FALSE(FindInertialMotion(states, earth)) << noise_mps << " " << seed;
+    }
+  }
+}
+
+TEST(WrapTest, IsAWholeDayOrWeekAwayOrNone) {
+  const FlightPath path(StatesOnCircle(10.0, 12));  // 0 to 110 s
+  EXPECT_EQ(WrapOf_s(path, 50.0), 0.0);
+  EXPECT_EQ(WrapOf_s(path, 50.0 - 86400.0), 86400.0);
+  EXPECT_EQ(WrapOf_s(path, 50.0 + 604800.0), -604800.0);
+  EXPECT_EQ(WrapOf_s(path, 200.0), 0.0);
+}
+
 TEST(InertialMotionTest, IsNoneOfAnAircraftOrOfTwoStates) {
   const Body& earth = *FindBody("WGS84");
   std::vector<StateVector> flight;

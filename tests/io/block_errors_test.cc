@@ -419,11 +419,14 @@ TEST(BlockErrorsTest, AdjustedPathsAreRefusedWithoutTheCorrectionsBesideThem) {
       testing::AllOf(HasSubstr("trajectories.csv:2: adjusted: the adjustment that wrote these "
                                "states of pass 'A1' also corrected range.bias, time.bias"),
                      HasSubstr("[adjust.correction]")));
+  EXPECT_EQ(BlockError(kGoodToml + "[adjust]\ncorrections = \"auto\"\n", paths, kGoodLooks), "");
+  const std::string none = kGoodToml +
+                           "[adjust]\ncorrections = \"none\"\n[adjust.correction.range]\nbias = "
+                           "true\n[adjust.correction.time]\nbias = true\n";
+  EXPECT_THAT(BlockError(none, paths, kGoodLooks), HasSubstr("also corrected range.bias"));
   const std::string both = kGoodToml + "[adjust.correction.range]\nbias = true\n";
   EXPECT_THAT(BlockError(both, paths, kGoodLooks), HasSubstr("also corrected time.bias, which"));
-  EXPECT_EQ(
-      BlockError(both + "[adjust.correction.time]\nbias = true\n", paths, kGoodLooks),
-      "");
+  EXPECT_EQ(BlockError(both + "[adjust.correction.time]\nbias = true\n", paths, kGoodLooks), "");
 }
 
 }  // namespace

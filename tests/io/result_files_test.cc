@@ -6,6 +6,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <sstream>
+#include <string>
 
 #include "io/result_fixture.h"
 #include <Eigen/LU>
@@ -272,6 +274,25 @@ TEST_F(ResultFilesTest, TrajectoriesCanBeUsedAsInput) {  // round trip
   const Block again = ReadBlockTexts({asking, paths, kLooks, kPoints}).block;
   EXPECT_EQ(again.passes[1].path.states()[1].position_m,
             Eigen::Vector3d(7000000, 300000, 9000.0 + 1.0 / 3.0));
+}
+
+TEST_F(ResultFilesTest, AdjustedPathsNameTheCorrectionsOfTheirPassAlone) {
+  for (const Pass& pass : block_.passes) result_.corrected_paths.push_back(pass.path);
+  const std::string second = block_.passes[1].id;
+  options_.groups.push_back({"radar", TimeCorrection{}, {second}, true});
+  result_.parameters.push_back({"radar", "time.bias", "s", 1e-3, 1e-4, 1e-2});
+  WriteResult(folder_, block_, options_, result_, context_);
+  std::istringstream rows(Content(folder_ / "trajectories.csv"));
+  std::string row;
+  std::getline(rows, row);
+  EXPECT_THAT(row, testing::EndsWith(",adjusted"));
+  std::size_t seen = 0;
+  while (std::getline(rows, row)) {
+    const bool of_second = row.starts_with(second + ",");
+    EXPECT_THAT(row, testing::EndsWith(of_second ? ",range.bias time.bias" : ",7500,0,range.bias"));
+    seen += of_second ? 1U : 0U;
+  }
+  EXPECT_GT(seen, 1U);
 }
 
 TEST_F(ResultFilesTest, TheSummaryHasTheKeysOfTheContract) {
