@@ -32,7 +32,7 @@ constexpr std::size_t kMaxScreened = 12, kMaxRefined = 6;
 /// deviations. The rest is
 /// left for the sizes of the best, of the first of which more is spent if need be.
 constexpr double kPartForShown = 0.5, kPartToMakeRows = 0.65, kPartForRows = 0.75,
-                 kPartForGuessed = 0.85, kPartForSigmas = 0.95, kPartForFirst = 1.2;
+                 kPartForGuessed = 0.85, kPartForSigmas = 1.1, kPartForFirst = 1.3;
 /// Level of the F tests of all hypotheses together, and the part of the excess of v'Pv over its
 /// redundancy that must be explained.
 constexpr double kSignificance = 1e-6, kMinPart = 0.5;
@@ -46,6 +46,8 @@ constexpr double kApproximate = 0.01, kMinApproximate = 0.1;
 
 /// Logarithm of the largest factor by which people mistake standard deviations.
 constexpr double kMaxLogFactor = 11.5;
+/// Logarithm of a factor of standard deviations that heavy tails do not make.
+constexpr double kMuchLarger = 1.6;
 
 /// Every pass sees known points.
 bool AllSeen(const std::vector<PassPredictions>& passes) {
@@ -272,16 +274,16 @@ class Diagnosing {
     all = {};
     if (rows_alone) AddExchangedPoints(facts, &all);
     AddKnownPointMistakes(facts, &all);
-    if (rows_alone) {
-      AddLookMistakes(facts, &all);
-      AddTimeCorrelatedMistakes(facts, &all);
-    }
+    if (rows_alone) AddLookMistakes(facts, &all);
+    AddTimeCorrelatedMistakes(facts, &all);
     out_.hypotheses += static_cast<int>(all.size());
     Try(before, Screen(std::move(all), passes), kPartForRows, trials, &candidates);
     Try(before, std::move(guesses), kPartForGuessed, trials, &candidates);
     all = {};
-    if (trials->work().Allows(kPartForSigmas)) AddControlSigma(facts, trials, &all);
-    AddSigmaMistakes(facts, &all);
+    if (trials->work().Allows(kPartForSigmas)) {
+      AddControlSigma(facts, trials, &all);
+      AddSigmaMistakes(facts, trials, &all);
+    }
     out_.hypotheses += static_cast<int>(all.size());
     Try(before, std::move(all), kPartForSigmas, trials, &candidates);
     Refine(before, trials, &candidates);
@@ -342,7 +344,7 @@ class Diagnosing {
       const double cost = CostOf(hypothesis, solved.fit);
       candidates->push_back({std::move(hypothesis), std::move(solved), cost});
       if (Explains(before, candidates->back())) {
-        explained = explained || ExplainsAll(candidates->back().solved.fit);
+        explained = explained || (!of_sigma && ExplainsAll(candidates->back().solved.fit));
         max_square = std::min(max_square, MaxReported(before, cost, kNearlyAsGood));
       }
     }
@@ -397,7 +399,7 @@ class Diagnosing {
     if (candidate.hypothesis.kind == MistakeKind::kSigma) {
       if (!(std::abs(candidate.solved.value) < kMaxLogFactor)) return false;
       const bool fits = after.SquareSum() < 2.0 * left && after.square_sum > 0.5 * left;
-      return fits && before.Cost() - after.Cost() > 50.0;
+      return fits && before.Cost() - after.Cost() > (candidate.hypothesis.free ? 50.0 : 20.0);
     }
     const double square_explained = before.SquareSum() - after.SquareSum();
     if (!(after.SquareSum() <= MaxUnexplained(before)) || !(square_explained > 0.0)) return false;
@@ -414,8 +416,9 @@ class Diagnosing {
     if (candidate.hypothesis.kind != MistakeKind::kSigma) return "";
     Block block = given;
     candidate.hypothesis.undo(&block, candidate.solved.value);
-    return FindPattern(
-        block, sample.suspects, ResidualsOf(block, corrections_, candidate.solved.fit));
+    const SampleResiduals residuals = ResidualsOf(block, corrections_, candidate.solved.fit);
+    const bool much_larger = std::abs(candidate.solved.value) > kMuchLarger;
+    return FindPattern(block, sample.suspects, residuals, much_larger);
   }
 
   /// Standard deviations that leave the whole block, or its priors, contradicted: then it is no
@@ -496,7 +499,7 @@ class Diagnosing {
     out.cause = hypothesis.cause;
     out.passes = hypothesis.passes;
     out.points = hypothesis.points;
-    if (hypothesis.free || hypothesis.unit == "1") {
+    if (!hypothesis.unit.empty()) {
       out.value = candidate.solved.value;
       out.sigma = candidate.solved.sigma;
       if (hypothesis.logarithm) {

@@ -41,10 +41,9 @@ void AddRangeMistakes(const Facts& facts, Hypotheses* out);
 /// solution alone.
 void AddConeMistakes(const Facts& facts, Hypotheses* out);
 
-/// Adds the hypotheses of standard deviations that this block gives reason to try, with first
-/// values of their sizes: those that the predicted observations suggest, and those that show in a
-/// solution alone.
-void AddSigmaMistakes(const Facts& facts, Hypotheses* out);
+/// Adds the hypotheses of standard deviations of ranges and azimuths, of all passes and of those
+/// whose residuals stand out; a few solutions estimate their variance components.
+void AddSigmaMistakes(const Facts& facts, Trials* trials, Hypotheses* out);
 
 /// Constants of time, range and squint, of one pass or of all, that Rao's score test (selection)
 /// finds at the fit as it is: what they would take off v'Pv in one linearisation, the most first.
@@ -90,10 +89,13 @@ void AddExchangedPoints(const Facts& facts, Hypotheses* out);
 
 /// What the residuals of a fit show that is no noise, the most striking: one sign in a pass, a
 /// trend with range or time, correlation along the strip, heavy tails; empty where they are noise.
-/// Points that were taken because they are the worst (`suspects`) say nothing of that.
+/// Points that were taken because they are the worst (`suspects`) say nothing of that. Heavy tails
+/// are no objection where standard deviations are tried that are `much_larger` than those given and
+/// most errors are as large as they say.
 [[nodiscard]] std::string FindPattern(const Block& block,
                                       const std::vector<std::uint32_t>& suspects,
-                                      const SampleResiduals& residuals);
+                                      const SampleResiduals& residuals,
+                                      bool much_larger);
 
 /// The whole block, with these corrections, solved with a mistake undone.
 [[nodiscard]] Explanation::Cure CureOf(const Block& given,

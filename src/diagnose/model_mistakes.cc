@@ -217,7 +217,20 @@ void AddTightPriors(const Facts& facts, Trials* trials, Hypotheses* out) {
   out->back().value = std::log(factor * std::sqrt(square / priors));
 }
 
-/// "position.up.1 of S3 9.81 m, 4.2 m in all passes (root mean square)": the new terms of a model.
+/// Takes the polynomial of this degree in their number off the coefficients of a spline, which are
+/// those of a polynomial nearly where it is one: what the degree leaves of an error of a flight.
+void TakeOffPolynomial(int degree, Eigen::VectorXd* coefficients) {
+  const Eigen::Index n = coefficients->size();
+  if (degree < 0 || n <= degree + 1) return;
+  Eigen::MatrixXd powers(n, degree + 1);
+  const Eigen::VectorXd at = Eigen::VectorXd::LinSpaced(n, -1.0, 1.0);
+  powers.col(0).setOnes();
+  for (int k = 1; k <= degree; ++k) powers.col(k) = powers.col(k - 1).cwiseProduct(at);
+  *coefficients -= powers * powers.householderQr().solve(*coefficients);
+}
+
+/// "position.up.1 9.81 m (most S3, 14.2 m)": root mean square of the new terms of a model, of a
+/// spline what the polynomial in its place does not take.
 std::string NewTerms(const Block& sample,
                      const CorrectionModel& before,
                      const CorrectionModel& after,
@@ -225,8 +238,22 @@ std::string NewTerms(const Block& sample,
   const ParameterLayout layout = MakeParameterLayout(sample, after.groups, after.priors);
   if (!fit.solved || fit.state.corrections.size() != layout.size()) return "";
   std::set<std::pair<std::string, std::string>> known;
+  std::map<std::pair<std::string, int>, int> degrees;  // of owners and axes
   for (const Parameter& p : MakeParameterLayout(sample, before.groups, before.priors).parameters) {
-    if (!p.spline) known.emplace(p.owner, p.name);
+    if (p.spline) continue;
+    known.emplace(p.owner, p.name);
+    if (p.kind == ParameterKind::kPosition) degrees[{p.owner, p.axis}] = p.degree;
+  }
+  Eigen::VectorXd values = fit.state.corrections;
+  std::map<std::pair<std::string, int>, std::vector<Eigen::Index>> splines;
+  for (int i = 0; i < layout.size(); ++i) {
+    const Parameter& p = layout.parameters[static_cast<std::size_t>(i)];
+    if (p.spline && degrees.contains({p.owner, p.axis})) splines[{p.owner, p.axis}].push_back(i);
+  }
+  for (const auto& [spline, places] : splines) {
+    Eigen::VectorXd coefficients = values(places);
+    TakeOffPolynomial(degrees.at(spline), &coefficients);
+    values(places) = coefficients;
   }
   struct Term {
     double square = 0.0, largest = 0.0;
@@ -237,7 +264,7 @@ std::string NewTerms(const Block& sample,
   for (int i = 0; i < layout.size(); ++i) {
     const Parameter& p = layout.parameters[static_cast<std::size_t>(i)];
     if (known.contains({p.owner, p.name})) continue;
-    const double value = fit.state.corrections[i];
+    const double value = values[i];
     Term& term = terms[NameOfPriors(p)];
     term.square += value * value;
     ++term.count;
@@ -306,8 +333,11 @@ double LookSigma_m(const Block& block) {
   return median_m > 0.0 ? median_m : 1.0;
 }
 
-double LongestStrip_s(const Block& block) {
+/// With all looks: a trial fits the strips to them, and times that are wrong may span a day.
+double LongestStrip_s(const Block& sample) {
   double longest_s = 0.0;
+  Block block = sample;
+  FitStrips(&block);
   for (const Pass& pass : block.passes) longest_s = std::max(longest_s, pass.end_s - pass.start_s);
   return longest_s;
 }

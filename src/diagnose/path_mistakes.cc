@@ -679,7 +679,23 @@ TrajectoryError Together(const std::vector<std::pair<std::string, Curve>>& curve
   return out;
 }
 
-Hypothesis TimeCorrelated(Coordinate measured, TrajectoryError found) {
+/// With an error along the track of these passes that changes with time: what errors of their times
+/// are, so that a solution takes all of them and no other axis or pass is in doubt.
+CorrectionModel WithErrorAlongTrack(CorrectionModel model,
+                                    const TrajectoryError& error,
+                                    double prior_m) {
+  PositionCorrection along;
+  along.basis = PositionCorrection::Basis::kSpline;
+  along.knot_spacing_s = error.piece_s;
+  along.components = {true, false, false};
+  along.prior_sigma_m[0] = {prior_m};
+  for (const std::string& pass : error.passes) {  // shared: beside the pass's own
+    model.groups.push_back({"diagnose.along." + pass, along, {pass}, true});
+  }
+  return model;
+}
+
+Hypothesis TimeCorrelated(const Block& sample, Coordinate measured, TrajectoryError found) {
   const auto trajectory_error = std::make_shared<const TrajectoryError>(std::move(found));
   const bool range = measured == Coordinate::kRange;
   Hypothesis out;
@@ -696,10 +712,26 @@ Hypothesis TimeCorrelated(Coordinate measured, TrajectoryError found) {
   };
   out.parameters = trajectory_error->pieces;
   out.max_unexplained = 10.0;
-  out.free = true;
   out.value = trajectory_error->rms;
-  out.step = 0.1 * trajectory_error->rms;
   out.unit = range ? "m" : "s";
+  if (range) {
+    out.free = true;
+    out.step = 0.1 * trajectory_error->rms;
+  } else {
+    // A cubic spline has three coefficients more than pieces.
+    constexpr double kWide = 10.0;
+    out.parameters += 2 * static_cast<int>(trajectory_error->passes.size());
+    double speed_mps = 0.0;
+    for (const std::uint32_t p : PassesOf(sample, trajectory_error->passes)) {
+      const Pass& pass = sample.passes[p];
+      const auto motion = pass.path.At(0.5 * (pass.start_s + pass.end_s));
+      if (motion) speed_mps = std::max(speed_mps, motion->velocity_mps.norm());
+    }
+    const double prior_m = kWide * trajectory_error->rms * speed_mps;
+    out.remodel = [trajectory_error, prior_m](CorrectionModel* model, double) {
+      *model = WithErrorAlongTrack(std::move(*model), *trajectory_error, prior_m);
+    };
+  }
   out.says = [trajectory_error, range](const Size& size) {
     return std::string("errors of the ") + (range ? "ranges" : "times") + " " +
            PassesPhrase(trajectory_error->passes) +
@@ -725,12 +757,19 @@ void AddTimeCorrelatedMistakes(const Facts& facts, Hypotheses* out) {
   for (const Coordinate measured : {Coordinate::kRange, Coordinate::kTime}) {
     std::vector<std::pair<std::string, Curve>> curves;
     for (const Pass& pass : facts.sample.block.passes) {
-      if (auto curve = FindCurve(SignsOf(facts, pass.id, measured))) {
-        curves.emplace_back(pass.id, std::move(*curve));
-      }
+      auto curve = FindCurve(SignsOf(facts, pass.id, measured));
+      if (!curve) continue;
+      // Times that are off by more than the strip drift nowhere.
+      const auto [least, most] = std::minmax_element(curve->values.begin(), curve->values.end());
+      if (measured == Coordinate::kTime && *most - *least > pass.end_s - pass.start_s) continue;
+      curves.emplace_back(pass.id, std::move(*curve));
     }
-    for (const auto& curve : curves) out->push_back(TimeCorrelated(measured, Together({curve})));
-    if (curves.size() > 1) out->push_back(TimeCorrelated(measured, Together(curves)));
+    for (const auto& curve : curves) {
+      out->push_back(TimeCorrelated(facts.sample.block, measured, Together({curve})));
+    }
+    if (curves.size() > 1) {
+      out->push_back(TimeCorrelated(facts.sample.block, measured, Together(curves)));
+    }
   }
 }
 

@@ -23,6 +23,8 @@ constexpr double kPatternLevel = 1e-3;
 constexpr std::size_t kFewestLooks = 12;
 /// Fourth moment from which on tails are heavy: that of Student's t with nine degrees of freedom.
 constexpr double kHeavyTails = 4.2;
+/// Median size of a standard normal error, and the part of it that most errors have at least.
+constexpr double kMedianOfNormal = 0.6745, kPartOfMedian = 0.4;
 /// Part of its own error that a residual has to show to be looked at.
 constexpr double kShownPart = 0.02;
 
@@ -152,8 +154,9 @@ struct Pooled {
   [[nodiscard]] double statistic() const { return sum / std::sqrt(std::max(1, passes)); }
 };
 
-/// Normal errors have a fourth moment of 3.
-Found TestOfTails(const std::vector<double>& tests, const char* who) {
+/// Normal errors have a fourth moment of 3. Tails do not make errors `much_larger` than stated
+/// while most of them are as large as is said now.
+Found TestOfTails(const std::vector<double>& tests, bool much_larger, const char* who) {
   double fourth = 0.0, second = 0.0;
   for (const double w : tests) {
     second += w * w;
@@ -161,8 +164,11 @@ Found TestOfTails(const std::vector<double>& tests, const char* who) {
   }
   const auto n = static_cast<double>(tests.size());
   const double moment = n * fourth / (second * second);
+  std::vector<double> sizes(tests);
+  for (double& size : sizes) size = std::abs(size);
+  const bool of_most = much_larger && Median(std::move(sizes)) > kPartOfMedian * kMedianOfNormal;
   // All residuals of a point with two looks are one.
-  const double shown = moment > kHeavyTails ? moment - 3.0 : 0.0;
+  const double shown = moment > kHeavyTails && !of_most ? moment - 3.0 : 0.0;
   return {shown / std::sqrt(48.0 / n),
           std::string("errors of the ") + who + " have heavy tails, a fourth moment of " +
               Digits(moment, 3) + " where noise has 3: blunders, or robust = \"huber\""};
@@ -172,7 +178,8 @@ Found TestOfTails(const std::vector<double>& tests, const char* who) {
 
 std::string FindPattern(const Block& block,
                         const std::vector<std::uint32_t>& suspects,
-                        const SampleResiduals& residuals) {
+                        const SampleResiduals& residuals,
+                        bool much_larger) {
   // Points that are in the sample because they are the worst of all are no part of a distribution.
   std::vector<std::uint8_t> chosen(block.looks.size(), 0);
   for (const std::uint32_t point : suspects) {
@@ -210,7 +217,7 @@ std::string FindPattern(const Block& block,
       tests.push_back({pooled[k].statistic(),
                        std::string("residuals of the ") + word + " of all passes " + kCommon[k]});
     }
-    if (all.size() >= kFewestLooks) tests.push_back(TestOfTails(all, word));
+    if (all.size() >= kFewestLooks) tests.push_back(TestOfTails(all, much_larger, word));
   }
   if (tests.empty()) return "";
   const double limit =

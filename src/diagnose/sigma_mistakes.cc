@@ -94,11 +94,62 @@ Hypothesis ScaledSigma(const Block& block, const Names& passes, Measured measure
   return out;
 }
 
-/// Square root of v'Pv over the redundancy of the ranges or of the azimuths alone; 0 where they
-/// have none, or for both together.
-double OwnS0(const SampleResiduals& residuals, Measured measured) {
-  if (measured == Measured::kBoth) return 0.0;
-  const Eigen::Index column = measured == Measured::kRange ? 0 : 1;
+/// All standard deviations of ranges and azimuths are variances: a factor of its own for each
+/// value.
+Hypothesis SquaredSigmas() {
+  Hypothesis out;
+  out.kind = MistakeKind::kSigma;
+  out.cause = "sigma.variance";
+  out.parameters = 0;
+  out.undo = [](Block* edited, double) {
+    const auto root = [](double* value) { *value = std::sqrt(*value); };
+    for (Pass& pass : edited->passes) {
+      root(&pass.sigma.range_m);
+      root(&pass.sigma.azimuth);
+    }
+    for (double& sigma_m : edited->looks.range_sigma_m) root(&sigma_m);
+    for (double& sigma : edited->looks.azimuth_sigma) root(&sigma);
+  };
+  out.says = [](const Size&) {
+    return std::string("the standard deviations of the ranges and azimuths are variances");
+  };
+  out.change = [](const Size&) {
+    return std::string(
+        "block.toml: in [sigma] (or the columns of observations.csv) the square roots");
+  };
+  out.screened = true;
+  out.local = true;
+  return out;
+}
+
+/// Natural logarithms of what the standard deviations of a group of observations are to be
+/// multiplied by.
+struct LogFactors {
+  double ranges = 0.0, azimuths = 0.0, known_points = 0.0;
+  bool found = false;  ///< they no longer change
+  Fit fit;             ///< the solution with them
+  double known_redundancy = 0.0;
+  /// Sum of ln sigma^2 of the known points times their redundancy, on the way to them.
+  double log_sigmas_known = 0.0;
+};
+
+enum class Groups { kLooks, kKnownPoints };
+
+void Multiply(const LogFactors& factors, Block* block) {
+  const double ranges = std::exp(factors.ranges), azimuths = std::exp(factors.azimuths);
+  for (Pass& pass : block->passes) {
+    pass.sigma.range_m *= ranges;
+    pass.sigma.azimuth *= azimuths;
+  }
+  for (double& sigma_m : block->looks.range_sigma_m) sigma_m *= ranges;
+  for (double& sigma : block->looks.azimuth_sigma) sigma *= azimuths;
+  for (KnownPosition& known : block->points.known) {
+    known.covariance_enu_m2 *= std::exp(2.0 * factors.known_points);
+  }
+}
+
+/// v'Pv and redundancy of the ranges (column 0) or azimuths (1).
+std::pair<double, double> SumsOf(const SampleResiduals& residuals, Eigen::Index column) {
   double square = 0.0, redundancy = 0.0;
   for (Eigen::Index i = 0; i < residuals.whitened_errors.rows(); ++i) {
     const double error = residuals.whitened_errors(i, column);
@@ -107,19 +158,68 @@ double OwnS0(const SampleResiduals& residuals, Measured measured) {
     square += error * error;
     redundancy += part;
   }
-  return redundancy > 1.0 ? std::sqrt(square / redundancy) : 0.0;
+  return {square, redundancy};
+}
+
+/// Variance components of some groups with all others as given (Förstner 1979): a few solutions,
+/// each with the standard deviations that the residuals of the one before ask for.
+LogFactors EstimateFactors(const Facts& facts, Groups groups, Trials* trials) {
+  constexpr double kSettled = 0.1;
+  constexpr int kMostRounds = 12;
+  LogFactors out;
+  out.fit = facts.before;
+  SampleResiduals residuals = facts.residuals;
+  double step = 0.0;
+  const auto grow = [&](double square, double redundancy, double* log_factor) {
+    if (!(redundancy > 0.0) || !(square > 0.0)) return 0.0;
+    const double by = 0.5 * std::log(square / redundancy);
+    step = std::max(step, std::abs(by));
+    *log_factor += by;
+    return by;
+  };
+  for (int round = 0; round < kMostRounds && out.fit.solved; ++round) {
+    step = 0.0;
+    const double redundancy = residuals.known_redundancy;
+    double of_known = 0.0;
+    if (groups == Groups::kKnownPoints) {
+      of_known = grow(residuals.known_square, redundancy, &out.known_points);
+    } else {
+      const auto [range_square, range_redundancy] = SumsOf(residuals, 0);
+      const auto [azimuth_square, azimuth_redundancy] = SumsOf(residuals, 1);
+      grow(range_square, range_redundancy, &out.ranges);
+      grow(azimuth_square, azimuth_redundancy, &out.azimuths);
+    }
+    if (step < kSettled) {
+      out.found = true;
+      break;
+    }
+    Hypothesis multiplied;
+    multiplied.undo = [&out](Block* edited, double) { Multiply(out, edited); };
+    out.fit = trials->With(multiplied, 0.0, {.warm = &out.fit.state, .effort = Effort::kQuick});
+    if (!out.fit.solved) break;
+    Block block = trials->given();
+    Multiply(out, &block);
+    residuals = ResidualsOf(block, facts.corrections, out.fit);
+    out.known_redundancy = residuals.known_redundancy;
+    out.log_sigmas_known += of_known * (redundancy + out.known_redundancy);
+  }
+  return out;
 }
 
 }  // namespace
 
-void AddSigmaMistakes(const Facts& facts, Hypotheses* out) {
+void AddSigmaMistakes(const Facts& facts, Trials* trials, Hypotheses* out) {
   const Block& block = facts.sample.block;
   const double s0 = std::sqrt(facts.before.square_sum / facts.before.redundancy);
   if (!(s0 > 0.0) || !std::isfinite(s0)) return;
+  const LogFactors factors = EstimateFactors(facts, Groups::kLooks, trials);
+  out->push_back(SquaredSigmas());
+  const double both = factors.found ? 0.5 * (factors.ranges + factors.azimuths) : std::log(s0);
+  out->push_back(ScaledSigma(block, {}, Measured::kBoth, std::exp(-both)));
+  out->push_back(ScaledSigma(block, {}, Measured::kRange, std::exp(-factors.ranges)));
+  out->push_back(ScaledSigma(block, {}, Measured::kAzimuth, std::exp(-factors.azimuths)));
+  if (block.passes.size() < 2) return;
   for (const Measured measured : {Measured::kBoth, Measured::kRange, Measured::kAzimuth}) {
-    const double own_s0 = OwnS0(facts.residuals, measured);
-    out->push_back(ScaledSigma(block, {}, measured, 1.0 / (own_s0 > 0.0 ? own_s0 : s0)));
-    if (block.passes.size() < 2) continue;
     for (const Pass& pass : block.passes) {
       // A pass whose residuals are as large as those of the others is not asked for.
       double sum = 0.0, count = 0.0;
@@ -166,8 +266,7 @@ double FactorOfTies(const Facts& facts) {
 }  // namespace
 
 void AddControlSigma(const Facts& facts, Trials* trials, Hypotheses* out) {
-  constexpr double kTooLarge = 4.0, kContradicted = 3.0, kLeastRedundancy = 3.0, kSettled = 0.1;
-  constexpr int kMostRounds = 6;
+  constexpr double kTooLarge = 4.0, kContradicted = 3.0, kLeastRedundancy = 3.0;
   if (!facts.before.solved || facts.sample.block.points.known.empty()) return;
   Hypothesis hypothesis;
   hypothesis.kind = MistakeKind::kSigma;
@@ -180,28 +279,12 @@ void AddControlSigma(const Facts& facts, Trials* trials, Hypotheses* out) {
   hypothesis.logarithm = true;
   hypothesis.unit = "1";
   if (FactorOfTies(facts) > kContradicted) return;  // it is not the control alone
-  double square = facts.residuals.known_square, redundancy = facts.residuals.known_redundancy;
-  if (!(square > kTooLarge * redundancy)) return;
-  double log_sigmas = 0.0;
-  Fit fit = facts.before;
-  for (int round = 0; round < kMostRounds && redundancy > 0.0; ++round) {
-    const double step = -0.5 * std::log(square / redundancy);
-    if (std::abs(step) < kSettled) break;
-    const double before = redundancy;
-    hypothesis.value += step;
-    fit =
-        trials->With(hypothesis, hypothesis.value, {.warm = &fit.state, .effort = Effort::kQuick});
-    if (!fit.solved) return;
-    Block block = trials->given();
-    hypothesis.undo(&block, hypothesis.value);
-    const SampleResiduals residuals = ResidualsOf(block, facts.corrections, fit);
-    square = residuals.known_square;
-    redundancy = residuals.known_redundancy;
-    // Sum of ln sigma^2 times the redundancies on the way.
-    log_sigmas -= step * (before + redundancy);
-  }
-  if (!(redundancy >= kLeastRedundancy) || !(hypothesis.value < 0.0)) return;
-  hypothesis.log_cost = log_sigmas / hypothesis.value;
+  if (!(facts.residuals.known_square > kTooLarge * facts.residuals.known_redundancy)) return;
+  const LogFactors factors = EstimateFactors(facts, Groups::kKnownPoints, trials);
+  const double redundancy = factors.known_redundancy;
+  hypothesis.value = -factors.known_points;
+  if (!factors.fit.solved || !(redundancy >= kLeastRedundancy) || !(hypothesis.value < 0.0)) return;
+  hypothesis.log_cost = factors.log_sigmas_known / hypothesis.value;
   hypothesis.says = [redundancy](const Size& size) {
     const double by = 1.0 / size.value;
     return "the standard deviations of the known points are " +

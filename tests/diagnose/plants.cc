@@ -279,7 +279,7 @@ Planted Variance(Block* block, RandomStream*) {
     pass.sigma.range_m *= pass.sigma.range_m;
     pass.sigma.azimuth *= pass.sigma.azimuth;
   }
-  return {true, {"sigma.all", "sigma.range", "sigma.azimuth"}, {}, {}, ""};
+  return {true, {"sigma.variance", "sigma.all", "sigma.range", "sigma.azimuth"}, {}, {}, ""};
 }
 
 // ---- errors correlated in time
