@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "arrays.h"
+#include "work.h"
 #include <glog/logging.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
@@ -109,6 +110,7 @@ PYBIND11_MODULE(_core, module) {
   module.doc() = "The compiled part of sarblock.";
   module.attr("__version__") = sarblock::Version();
   AddExceptions(&module);
+  EndWorkWithInterpreter();
   pybind11::register_exception_translator(&Translate);
   BindBlock(&module);
   BindResult(&module);

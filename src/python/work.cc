@@ -9,11 +9,13 @@
 #include <condition_variable>
 #include <exception>
 #include <mutex>
+#include <set>
 #include <string>
 #include <thread>
 
 #include "arrays.h"
 #include "linear/dense.h"
+#include <unistd.h>
 
 namespace sarblock::python {
 namespace {
@@ -73,6 +75,86 @@ class Relay final : public ProgressSink {
   bool fresh_ = false, ended_ = false;
 };
 
+/// The works that go on, and the threads that ask for the interpreter lock. Until 3.14 Python ends
+/// a thread that asks for it once the interpreter ends, by unwinding its stack, which C++ answers
+/// with abort(): so from the start of the end on threads wait for ever instead (a daemon's own
+/// end).
+class Works {
+ public:
+  /// Never destroyed: daemons may ask when the process is nearly gone.
+  static Works& Of() {
+    static auto* const works = new Works;
+    return *works;
+  }
+
+  void Add(Relay* relay) {
+    const std::lock_guard lock(mutex_);
+    if (std::exchange(process_, ::getpid()) != ::getpid()) {  // a fork copied those of others
+      relays_.clear();
+      asking_ = 0;
+    }
+    relays_.insert(relay);
+    if (ended() && !IsEnding()) relay->Cancel();
+  }
+  void Remove(Relay* relay) {
+    const std::lock_guard lock(mutex_);
+    relays_.erase(relay);
+    changed_.notify_all();
+  }
+
+  /// Before the interpreter lock is asked for.
+  void Ask() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return !ended() || IsEnding(); });
+    ++asking_;
+  }
+  /// Once nothing is left to do under the lock that was asked for.
+  void Leave() {
+    const std::lock_guard lock(mutex_);
+    --asking_;
+    changed_.notify_all();
+  }
+
+  /// The interpreter ends: cancels all works and waits for them, and for those who ask.
+  void End() {
+    constexpr std::chrono::seconds kMostWait{20};
+    const py::gil_scoped_release unlocked;
+    std::unique_lock lock(mutex_);
+    ended_by_ = std::this_thread::get_id();
+    if (process_ != ::getpid()) return;
+    for (Relay* relay : relays_) relay->Cancel();
+    changed_.wait_for(lock, kMostWait, [this] { return relays_.empty() && asking_ == 0; });
+  }
+
+ private:
+  [[nodiscard]] bool ended() const { return ended_by_ != std::thread::id(); }
+  /// Other functions that end with the interpreter may still call for work.
+  [[nodiscard]] bool IsEnding() const { return ended_by_ == std::this_thread::get_id(); }
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::set<Relay*> relays_;
+  int asking_ = 0;
+  std::thread::id ended_by_;  ///< of no thread while it does not end
+  pid_t process_ = 0;
+};
+
+/// The interpreter lock is released in its scope, and at its end asked for.
+class Unlocked {
+ public:
+  Unlocked() : state_(PyEval_SaveThread()) {}
+  ~Unlocked() {
+    Works::Of().Ask();
+    PyEval_RestoreThread(state_);
+    Works::Of().Leave();
+  }
+  Unlocked(const Unlocked&) = delete;
+  Unlocked& operator=(const Unlocked&) = delete;
+
+ private:
+  PyThreadState* state_;
+};
+
 /// What Python raised while the work went on.
 using Raised = std::optional<py::error_already_set>;
 
@@ -98,6 +180,7 @@ void RunUnlocked(const py::object& progress, const std::function<void(ProgressSi
   Relay relay;
   std::exception_ptr failure;
   Raised raised;
+  Works::Of().Add(&relay);
   std::thread worker([&] {
     {
       const dense::BlasThreadsKept kept;
@@ -109,12 +192,17 @@ void RunUnlocked(const py::object& progress, const std::function<void(ProgressSi
       }
     }
     relay.End();
+    Works::Of().Remove(&relay);
   });
   {
-    const py::gil_scoped_release unlocked;
+    const Unlocked unlocked;
     while (!relay.WaitForEnd(kListenEvery)) {
-      const py::gil_scoped_acquire locked;
-      Listen(progress, &relay, &raised);
+      Works::Of().Ask();
+      {
+        const py::gil_scoped_acquire locked;
+        Listen(progress, &relay, &raised);
+      }
+      Works::Of().Leave();
     }
     worker.join();
   }
@@ -123,6 +211,10 @@ void RunUnlocked(const py::object& progress, const std::function<void(ProgressSi
   if (!raised) return;
   if (raised->matches(PyExc_KeyboardInterrupt)) throw Interrupted(relay.Stage());
   throw *raised;
+}
+
+void EndWorkWithInterpreter() {
+  py::module_::import("atexit").attr("register")(py::cpp_function([] { Works::Of().End(); }));
 }
 
 }  // namespace sarblock::python

@@ -19,6 +19,10 @@ namespace sarblock::python {
 /// callable is thrown once the work has ended. BLAS then has as many threads as before.
 void RunUnlocked(const pybind11::object& progress, const std::function<void(ProgressSink*)>& work);
 
+/// Work that goes on in daemon threads when the interpreter ends is cancelled and waited for; their
+/// threads then wait for the end of the process. Called once, when the module is imported.
+void EndWorkWithInterpreter();
+
 /// The same for work that returns something.
 template <typename Work>
 [[nodiscard]] auto RunWork(const pybind11::object& progress, const Work& work) {

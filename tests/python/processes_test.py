@@ -64,6 +64,35 @@ def test_a_block_is_read_while_numpy_multiplies(folder):
         """) == "read\n"
 
 
+# Python ends a daemon that asks for its lock at the interpreter's end by unwinding: through C++ that
+# was abort(), in most of the runs.
+@pytest.mark.parametrize("progress", ["None", "lambda *news: None"])
+def test_daemons_at_work_let_the_interpreter_end(folder, progress):
+    for _ in range(3):
+        assert script(folder, f"""
+            import threading, time
+            import sarblock
+            block = sarblock.read_block("in0.h5")
+            def work(out):
+                while True:
+                    block.write(out, force=True, progress={progress})
+                    sarblock.read_block("in1.h5", progress={progress})
+            for out in ("a.h5", "b.h5", "c.h5"):
+                threading.Thread(target=work, args=(out,), daemon=True).start()
+            time.sleep(0.3)
+            print("ends")
+            """) == "ends\n"
+
+
+def test_work_is_done_in_functions_that_end_with_the_interpreter(folder):
+    assert script(folder, """
+        import atexit
+        atexit.register(lambda: print(len(sarblock.read_block("in0.h5").looks)))
+        import sarblock
+        atexit.register(lambda: print(len(sarblock.read_block("in0.h5").looks)))
+        """).split() == ["4088"] * 2
+
+
 def test_a_process_that_reaps_all_children_reads(folder):
     assert script(folder, """
         import os, signal
