@@ -288,6 +288,8 @@ class Diagnosing {
     Try(before, std::move(all), kPartForSigmas, trials, &candidates);
     Refine(before, trials, &candidates);
     Report(before, sample, trials->given(), candidates);
+    if (AnyCures(out_.explanations)) return;
+    if (auto coregistered = FindCoregistered(facts)) out_.explanations = {std::move(*coregistered)};
   }
 
   [[nodiscard]] bool AnyExplainsAll(const Fit& before,

@@ -4,6 +4,7 @@
 #include "sarblock/core/progress.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -86,6 +87,10 @@ void AddLookMistakes(const Facts& facts, Hypotheses* out);
 void AddShiftedIds(const Facts& facts, Hypotheses* out);
 /// Adds the hypotheses that two suspects are exchanged in a pass, where both agree better then.
 void AddExchangedPoints(const Facts& facts, Hypotheses* out);
+
+/// Two passes whose ranges are alike at the points of both, where their paths ask for differences:
+/// nothing in the block undoes that one image was resampled to the other.
+[[nodiscard]] std::optional<Explanation> FindCoregistered(const Facts& facts);
 
 /// What the residuals of a fit show that is no noise, the most striking: one sign in a pass, a
 /// trend with range or time, correlation along the strip, heavy tails; empty where they are noise.

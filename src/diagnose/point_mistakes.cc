@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -360,6 +361,81 @@ void AddShiftedIds(const Facts& facts, Hypotheses* out) {
       out->back().screened = facts.passes[p].predictions.empty();
     }
   }
+}
+
+namespace {
+
+/// Differences of a pair of passes at the points that both see.
+struct Differences {
+  std::vector<double> measured_m, predicted_m;
+  double sigma_m = 0.0;  ///< of a measured one
+};
+
+double Rms(const std::vector<double>& values, double from) {
+  double sum = 0.0;
+  for (const double value : values) sum += (value - from) * (value - from);
+  return std::sqrt(sum / static_cast<double>(values.size()));
+}
+
+}  // namespace
+
+std::optional<Explanation> FindCoregistered(const Facts& facts) {
+  constexpr std::size_t kFewest = 8;
+  constexpr double kAlike = 10.0;     // standard deviations of a difference
+  constexpr double kAskedFor = 20.0;  // times what is measured
+  const Block& block = facts.sample.block;
+  if (!facts.before.solved) return std::nullopt;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, Differences> pairs;
+  for (std::uint32_t point = 0; point < block.points.size(); ++point) {
+    const Eigen::Vector3d& p_m = facts.before.state.Position(point);
+    if (!p_m.allFinite()) continue;
+    const std::size_t end = block.looks.offsets[point + 1];
+    for (std::size_t i = block.looks.offsets[point]; i < end; ++i) {
+      for (std::size_t j = i + 1; j < end; ++j) {
+        const std::uint32_t a = block.looks.pass[i], b = block.looks.pass[j];
+        const auto at_a = block.passes[a].path.At(block.looks.time_s[i]);
+        const auto at_b = block.passes[b].path.At(block.looks.time_s[j]);
+        if (a == b || !at_a || !at_b) continue;
+        const double sign = a < b ? 1.0 : -1.0;
+        Differences& of = pairs[std::minmax(a, b)];
+        of.measured_m.push_back(sign * (block.looks.range_m[i] - block.looks.range_m[j]));
+        of.predicted_m.push_back(
+            sign * ((p_m - at_a->position_m).norm() - (p_m - at_b->position_m).norm()));
+        of.sigma_m = std::hypot(block.SigmaOf(i).range_m, block.SigmaOf(j).range_m);
+      }
+    }
+  }
+  for (const auto& [pair, of] : pairs) {
+    const std::size_t n = of.measured_m.size();
+    if (n < kFewest) continue;
+    // A crop of the image makes the ranges differ by a constant.
+    const double middle_m = Median(of.measured_m), predicted_m = Median(of.predicted_m);
+    double alike_m = Rms(of.measured_m, 0.0), asked_m = Rms(of.predicted_m, 0.0);
+    if (!(alike_m < kAlike * of.sigma_m)) {
+      alike_m = Rms(of.measured_m, middle_m);
+      asked_m = Rms(of.predicted_m, predicted_m);
+    }
+    if (!(alike_m < kAlike * of.sigma_m) || !(asked_m > kAskedFor * alike_m)) continue;
+    const std::vector<std::string> passes{block.passes[pair.first].id,
+                                          block.passes[pair.second].id};
+    Explanation out;
+    out.kind = MistakeKind::kRange;
+    out.cause = "range.coregistered";
+    out.passes = passes;
+    out.square_sum_before = out.square_sum_after = facts.before.SquareSum();
+    out.redundancy_before = out.redundancy_after = facts.before.redundancy;
+    out.looks_lost_before = out.looks_lost_after = facts.before.lost;
+    out.change =
+        "observations.csv: times and ranges of each in the image as it was taken, before it was "
+        "resampled to the other, or the looks of one of them alone";
+    out.sentence = "the ranges of " + passes[0] + " are those of " + passes[1] + " within " +
+                   Short(alike_m) + " m at " + std::to_string(n) +
+                   " points, where their paths ask for differences of " + Short(asked_m) +
+                   " m: rows and columns of an image that was coregistered to the other; " +
+                   out.change;
+    return out;
+  }
+  return std::nullopt;
 }
 
 }  // namespace sarblock

@@ -232,6 +232,31 @@ Planted NativeDoppler(Block* block, RandomStream* random) {
   return PlantInPass(*block, index, "cone.native");
 }
 
+/// Places of the points of a pass read in its image after that was resampled to another one.
+Planted Coregistered(Block* block, RandomStream* random) {
+  const std::uint32_t index = DrawPass(*block, random);
+  const Pass& pass = block->passes[index];
+  const auto other = static_cast<std::uint32_t>((index + 1) % block->passes.size());
+  Looks& looks = block->looks;
+  std::size_t shared = 0;
+  for (std::uint32_t point = 0; point < block->points.size(); ++point) {
+    std::size_t own = looks.size(), others = looks.size();
+    for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
+      if (looks.pass[i] == index) own = i;
+      if (looks.pass[i] == other) others = i;
+    }
+    if (own == looks.size() || others == looks.size()) continue;
+    const double time_s = pass.start_s + looks.time_s[others] - block->passes[other].start_s;
+    if (time_s > pass.end_s) continue;
+    looks.time_s[own] = time_s;
+    looks.range_m[own] =
+        looks.range_m[others] + 0.3 * block->SigmaOf(own).range_m * random->Normal();
+    ++shared;
+  }
+  if (shared < 20) return {};
+  return {true, {"range.coregistered"}, {pass.id, block->passes[other].id}, {}, ""};
+}
+
 /// A squinted pass with its cone as Doppler centroids and the wavelength in another unit.
 Planted Wavelength(Block* block, RandomStream* random) {
   const std::uint32_t index = DrawPass(*block, random);
@@ -376,6 +401,7 @@ const std::vector<Plant>& Plants() {
                            {"squint in radians", ConeRadians},
                            {"squint left out", ConeLeftOut},
                            {"native Doppler read as zero", NativeDoppler},
+                           {"an image coregistered to another", Coregistered},
                            {"wavelength in cm", Wavelength}};
     const std::vector<Plant> sigmas{{"sigmas 100 times too small", SigmasTooSmall},
                                     {"sigmas 100 times too large", SigmasTooLarge},
