@@ -147,7 +147,8 @@ Hypothesis TightPriors(const NameSet& names, int priors) {
   out.numbers = {{1000.0, "kilometres for metres, or milliseconds for seconds"},
                  {100.0, "metres for centimetres, or a hundred"}};
   out.says = [names](const Size& size) {
-    return "the priors of " + JoinedNames(names) + " are " + size.text +
+    const std::string factor = std::isfinite(size.sigma) ? size.text : Short(size.value);
+    return "the priors of " + JoinedNames(names) + " are " + factor +
            " times too tight for the corrections that looks and control ask for";
   };
   out.change = [](const Size& size) {

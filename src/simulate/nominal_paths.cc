@@ -10,8 +10,10 @@
 #include <cmath>
 #include <functional>
 #include <optional>
+#include <vector>
 
 #include "block/swath.h"
+#include "core/text.h"
 #include "geometry/track_axes.h"
 #include "scene.h"
 #include <Eigen/Geometry>
@@ -63,8 +65,55 @@ double LookAngle(const Frame& frame, const Motion& motion, const Eigen::Vector3d
   return std::atan2(side * d.dot(axes.col(1)), -d.dot(axes.col(2)));
 }
 
+/// Orbits about a body that does not turn from which `aim` is at the wanted look angle and squint
+/// in the middle of the strip. With d = R (sin tau, across cos tau sin theta, -cos tau cos theta)
+/// along, across and up the aim has a distance from the orbit's plane, n h = -side R cos tau sin
+/// theta / a, which is the same for all nodes but two.
+struct OrbitsByAim {
+  std::vector<Orbit> orbits;
+  double least_inclination_rad = 0.0, most_inclination_rad = 0.0;  ///< NaN: none at this look angle
+
+  OrbitsByAim(const SceneFlight& flight,
+              Orbit orbit,
+              const Eigen::Vector3d& aim_m,
+              double look_rad) {
+    const double r_m = orbit.radius_m, a_m = aim_m.norm();
+    const double cosine = std::cos(flight.squint_rad) * std::cos(look_rad);
+    // Nearer to the antenna of the two places where the look meets the aim's sphere.
+    const double range_m =
+        r_m * cosine - std::sqrt(r_m * r_m * cosine * cosine - r_m * r_m + a_m * a_m);
+    const int side = static_cast<int>(flight.side);
+    const double off_plane =
+        side * range_m * std::cos(flight.squint_rad) * std::sin(look_rad) / a_m;
+    const double ahead_rad =
+        std::atan2(range_m * std::sin(flight.squint_rad), r_m - range_m * cosine);
+    const Eigen::Vector3d n = aim_m / a_m;
+    // The plane's normal is this far from the aim, and the inclination from the axis.
+    const double from_aim_rad = std::acos(off_plane), from_axis_rad = std::acos(n.z());
+    least_inclination_rad = std::abs(from_aim_rad - from_axis_rad);
+    most_inclination_rad =
+        std::min(from_aim_rad + from_axis_rad, 360.0 * kRadPerDeg - from_aim_rad - from_axis_rad);
+    const double ci = std::cos(orbit.inclination_rad), si = std::sin(orbit.inclination_rad);
+    // A body that turns may have an orbit where one that does not just has none.
+    const double sine = std::clamp(
+        (off_plane - n.z() * ci) / (si * std::max(1e-12, std::hypot(n.x(), n.y()))), -1.0, 1.0);
+    if (std::isnan(sine)) return;
+    const double longitude_rad = std::atan2(n.y(), n.x());
+    for (const double of_node_rad : {std::asin(sine), 180.0 * kRadPerDeg - std::asin(sine)}) {
+      orbit.node_rad = longitude_rad + of_node_rad;
+      const double along_node = std::cos(of_node_rad) * std::hypot(n.x(), n.y());
+      const double beside = -std::sin(of_node_rad) * std::hypot(n.x(), n.y()) * ci + n.z() * si;
+      orbit.latitude_argument_rad = std::atan2(beside, along_node) - ahead_rad;
+      const bool descends = std::cos(orbit.latitude_argument_rad) < 0.0;
+      const bool wanted = descends == flight.descending;
+      orbits.insert(wanted ? orbits.begin() : orbits.end(), orbit);
+    }
+  }
+};
+
 /// Finds argument of latitude and node so that `aim` is on the cone at the wanted look angle
-/// at the middle of the strip: Newton with differences from the orbit straight above it.
+/// at the middle of the strip: Newton with differences from the orbit straight above it, and where
+/// that ends nowhere, near a pole or a turning point, from those about a body that does not turn.
 Orbit AimOrbit(const Scene& scene,
                const SceneFlight& flight,
                Orbit orbit,
@@ -83,27 +132,46 @@ Orbit AimOrbit(const Scene& scene,
                 trial.radius_m,
             LookAngle(scene.frame, motion, aim_m, static_cast<int>(flight.side)) - look_rad};
   };
-  constexpr double kStep_rad = 1e-6;
-  constexpr double kLongest_rad = 0.02;
-  for (int iteration = 0; iteration < 60; ++iteration) {
-    const Eigen::Vector2d now = miss(orbit);
-    if (now.cwiseAbs().maxCoeff() < 1e-11) return orbit;
-    Eigen::Matrix2d J;
-    Orbit moved = orbit;
-    moved.latitude_argument_rad += kStep_rad;
-    J.col(0) = (miss(moved) - now) / kStep_rad;
-    moved = orbit;
-    moved.node_rad += kStep_rad;
-    J.col(1) = (miss(moved) - now) / kStep_rad;
-    const Eigen::FullPivLU<Eigen::Matrix2d> lu(J);
-    if (!J.allFinite() || !lu.isInvertible()) break;
-    Eigen::Vector2d step = -lu.solve(now);
-    if (step.norm() > kLongest_rad) step *= kLongest_rad / step.norm();
-    orbit.latitude_argument_rad += step.x();
-    orbit.node_rad += step.y();
+  const auto newton = [&](Orbit* found) {
+    constexpr double kStep_rad = 1e-6;
+    constexpr double kLongest_rad = 0.02;
+    for (int iteration = 0; iteration < 60; ++iteration) {
+      const Eigen::Vector2d now = miss(*found);
+      if (now.cwiseAbs().maxCoeff() < 1e-11) return true;
+      Eigen::Matrix2d J;
+      Orbit moved = *found;
+      moved.latitude_argument_rad += kStep_rad;
+      J.col(0) = (miss(moved) - now) / kStep_rad;
+      moved = *found;
+      moved.node_rad += kStep_rad;
+      J.col(1) = (miss(moved) - now) / kStep_rad;
+      const Eigen::FullPivLU<Eigen::Matrix2d> lu(J);
+      if (!J.allFinite() || !lu.isInvertible()) return false;
+      Eigen::Vector2d step = -lu.solve(now);
+      if (step.norm() > kLongest_rad) step *= kLongest_rad / step.norm();
+      found->latitude_argument_rad += step.x();
+      found->node_rad += step.y();
+    }
+    return false;
+  };
+  Orbit found = orbit;
+  if (newton(&found)) return found;
+  const OrbitsByAim by_aim(flight, orbit, aim_m, look_rad);
+  for (const Orbit& start : by_aim.orbits) {
+    found = start;
+    if (newton(&found)) return found;
   }
-  throw InputError("flight " + flight.id,
-                   "no orbit of this inclination sees the aim at this look angle");
+  if (std::isnan(by_aim.least_inclination_rad)) {
+    throw InputError("flight " + flight.id, "a look at this angle passes by the body");
+  }
+  const std::string least = Digits(by_aim.least_inclination_rad / kRadPerDeg, 4);
+  const std::string most = Digits(by_aim.most_inclination_rad / kRadPerDeg, 4);
+  throw InputError(
+      "flight " + flight.id,
+      "no orbit of this inclination sees the aim at this look angle: " +
+          (least == most ? "one of " + least + " degrees passes nearest"
+                         : "inclinations from " + least + " to " + most + " degrees do") +
+          ", or another look angle");
 }
 
 /// Largest slant range of the swath from height H over a sphere of radius a (a infinite: plane).

@@ -62,6 +62,34 @@ TEST(OrbitTest, SeesItsAimAtTheMiddleOfTheStrip) {  // definition of the pattern
   }
 }
 
+// Spherical triangle of axis, aim and the normal of the orbit's plane, which is 90 degrees less the
+// distance of the aim from the track: law of sines from look angle 34, 7.0711e6 m and 6.3568e6 m.
+TEST(OrbitTest, SeesAimsBesideThePoles) {
+  const double look_rad = 34.0 * kRadPerDeg;
+  const double off_rad = std::asin(7071137.0 / 6356900.0 * std::sin(look_rad)) - look_rad;
+  for (const double lat_deg : {89.9, 89.5, 88.0, -86.0, -88.0, -89.0, -89.5, -89.9}) {
+    for (const LookSide side : {LookSide::kLeft, LookSide::kRight}) {
+      for (const double part : {-0.9, 0.0, 0.9}) {
+        Scene scene = OrbitScene();
+        const double lat_rad = lat_deg * kRadPerDeg, from_pole_rad = 0.5 * M_PI - std::abs(lat_rad);
+        // A normal that is off to the aim's side of the axis at that pole.
+        const double toward = static_cast<double>(side) * std::copysign(1.0, lat_deg);
+        scene.flights[0].inclination_rad = 0.5 * M_PI - toward * off_rad + part * from_pole_rad;
+        scene.centre.lat_rad = lat_rad;
+        scene.flights[0].side = side;
+        scene.points.min_looks = 0;
+        const SimulatedBlock simulated = Simulate(scene);
+        const Motion motion = MiddleOf(simulated.block.passes[0]);
+        const Eigen::Vector3d d = FrameFromPlane(scene, {0.0, 0.0}, 0.0) - motion.position_m;
+        const Eigen::Matrix3d axes = TrackAxesOf(scene.frame, motion).axes;
+        EXPECT_NEAR(motion.velocity_mps.normalized().dot(d), 0.0, 0.02) << lat_deg << ' ' << part;
+        const double across_m = d.dot(axes.col(1)) * static_cast<double>(side);
+        EXPECT_NEAR(std::atan2(across_m, -d.dot(axes.col(2))), look_rad, 1e-8);
+      }
+    }
+  }
+}
+
 TEST(OrbitTest, IsACircleFlownAtTheSpeedOfItsRadius) {
   // Closed form: inertial speed sqrt(GM/r) with GM = 3.986004418e14, body rotation 7.292115e-5.
   const SimulatedBlock simulated = Simulate(OrbitScene());
@@ -137,7 +165,12 @@ TEST(OrbitTest, RefusesAnAimItCannotSee) {
     (void)Simulate(scene);
     FAIL() << "simulated";
   } catch (const InputError& error) {
-    EXPECT_NE(std::string(error.what()).find("flight O"), std::string::npos) << error.what();
+    const std::string text = error.what();
+    EXPECT_NE(text.find("flight O"), std::string::npos) << text;
+    // The aim is 44.56 degrees (geocentric) from the axis, the normal of a plane 4.39 degrees
+    // beside it 94.39 from the aim.
+    EXPECT_NE(text.find("inclinations from 49.8"), std::string::npos) << text;
+    EXPECT_NE(text.find(" to 139 degrees"), std::string::npos) << text;
   }
 }
 
