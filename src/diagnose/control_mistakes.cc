@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/text.h"
 #include "mistake.h"
 #include "mistakes.h"
 #include "model/parameters.h"
@@ -138,21 +139,21 @@ void AddGeodetic(const PointSelection& selection, const Frame& frame, Hypotheses
                  return Geodetic{at.lat_rad / kRadPerDeg, at.lon_rad / kRadPerDeg, at.h_m};
                }),
                "are radians where degrees are read",
-               "lat_deg and lon_deg in degrees"));
+               "lat_deg and lon_deg times 180/pi, to degrees,"));
   out->push_back(Replaced(selection,
                           "control.longitude_sign",
                           Geodetically([](Geodetic at) {
                             return Geodetic{at.lat_rad, -at.lon_rad, at.h_m};
                           }),
                           "have longitudes of the wrong sign",
-                          "lon_deg positive east"));
+                          "the other sign of lon_deg, positive east,"));
   out->push_back(Replaced(selection,
                           "control.latitude_sign",
                           Geodetically([](Geodetic at) {
                             return Geodetic{-at.lat_rad, at.lon_rad, at.h_m};
                           }),
                           "have latitudes of the wrong sign",
-                          "lat_deg positive north"));
+                          "the other sign of lat_deg, positive north,"));
   out->push_back(Replaced(selection,
                           "control.half_turn",
                           Geodetically([](Geodetic at) {
@@ -174,18 +175,19 @@ void AddGeodetic(const PointSelection& selection, const Frame& frame, Hypotheses
                             return Geodetic{at.lat_rad, at.lon_rad, 1e3 * at.h_m};
                           }),
                           "have heights in kilometres",
-                          "h_m in metres"));
+                          "h_m times 1000, to metres,"));
   const Ellipsoid own = frame.ellipsoid();
   if (own.flattening > 0.0) {
     const double ratio = (1.0 - own.flattening) * (1.0 - own.flattening);
-    out->push_back(Replaced(selection,
-                            "control.planetocentric",
-                            Geodetically([ratio](Geodetic at) {
-                              at.lat_rad = std::atan(std::tan(at.lat_rad) / ratio);
-                              return at;
-                            }),
-                            "have planetocentric latitudes",
-                            "planetographic (geodetic) lat_deg"));
+    out->push_back(
+        Replaced(selection,
+                 "control.planetocentric",
+                 Geodetically([ratio](Geodetic at) {
+                   at.lat_rad = std::atan(std::tan(at.lat_rad) / ratio);
+                   return at;
+                 }),
+                 "have planetocentric latitudes",
+                 "planetographic (geodetic) latitudes, their tangents over (1 - f)^2, in lat_deg"));
   }
   for (const NamedBody& body : kBodies) {
     if (body.a_m == own.a_m && std::abs(body.flattening - own.flattening) < 1e-9) continue;
@@ -198,7 +200,8 @@ void AddGeodetic(const PointSelection& selection, const Frame& frame, Hypotheses
           return other.FrameFromGeodetic(given.GeodeticFromFrame(p_m));
         },
         std::string("refer to ") + body.name,
-        "coordinates on the ellipsoid of the frame"));
+        "x_m, y_m, z_m of lat_deg, lon_deg and h_m on the ellipsoid of a = " +
+            Digits(body.a_m, 10) + " m, f = " + Digits(body.flattening, 12)));
   }
 }
 
@@ -261,7 +264,7 @@ Hypothesis ConstantHeight(const PointSelection& selection, double step_m, const 
   };
   out.change = [selection](const Size& size) {
     return "points.csv: heights " + selection.Words() + (size.value > 0.0 ? " minus " : " plus ") +
-           Short(std::abs(size.value)) +
+           InFiles(std::abs(size.value), size.sigma) +
            "; check points of the same source as the control cannot see such an error";
   };
   out.screened = true;
@@ -410,8 +413,8 @@ void AddShiftedControl(const Facts& facts, Hypotheses* out) {
   hypothesis.detail = [&block, model = facts.corrections](const Fit& fit) {
     const Eigen::Vector3d enu_m = ShiftIn(block, model, fit);
     if (!enu_m.allFinite()) return std::string();
-    return Short(enu_m.x()) + ", " + Short(enu_m.y()) + ", " + Short(enu_m.z()) +
-           " m east, north, up (another datum, or another realisation of it)";
+    return Digits(enu_m.x(), 7) + ", " + Digits(enu_m.y(), 7) + ", " + Digits(enu_m.z(), 7) +
+           " m east, north, up at the first of them (another datum, or another realisation of it)";
   };
   hypothesis.change = [](const Size&) {
     return std::string(
@@ -441,7 +444,7 @@ void AddControlMistakes(const Facts& facts, Hypotheses* out) {
         "control.km",
         [](const Frame&, const Eigen::Vector3d& p_m) { return Eigen::Vector3d(1e3 * p_m); },
         "are in kilometres",
-        "metres in x_m, y_m, z_m"));
+        "x_m, y_m, z_m times 1000, to metres,"));
     AddHeights(selection, geocentric, out);
     if (geocentric) {
       AddGeodetic(selection, block.frame, out);

@@ -86,7 +86,7 @@ Hypothesis ConstantTime(const Names& passes, double late_s, double step_s) {
   };
   out.change = [passes](const Size& size) {
     return "observations.csv: time_s " + PassesPhrase(passes) +
-           (size.value > 0.0 ? " minus " : " plus ") + Short(std::abs(size.value)) +
+           (size.value > 0.0 ? " minus " : " plus ") + InFiles(std::abs(size.value), size.sigma) +
            ", or correction.time " + PassesPhrase(passes);
   };
   return out;
@@ -112,8 +112,8 @@ Hypothesis Reversed(const Names& passes, double sum_s, double step_s) {
     return "the times of " + PassWords(passes) + " run backward";
   };
   out.change = [passes](const Size& size) {
-    return "observations.csv: time_s " + PassesPhrase(passes) + " is " + size.text +
-           " minus what it is";
+    return "observations.csv: time_s " + PassesPhrase(passes) + " is " +
+           InFiles(size.value, size.sigma) + " minus what it is";
   };
   return out;
 }
@@ -134,7 +134,8 @@ Hypothesis ScaledTime(const Names& passes, const KnownNumber& factor) {
            " times too large (" + factor.text + ")";
   };
   out.change = [passes](const Size& size) {
-    return "observations.csv: time_s " + PassesPhrase(passes) + " divided by " + Short(size.value);
+    return "observations.csv: time_s " + PassesPhrase(passes) + " divided by " +
+           InFiles(size.value);
   };
   return out;
 }
@@ -198,8 +199,8 @@ Hypothesis WrappedTime(const std::string& pass) {
            " are seconds of the day or week that begin again";
   };
   out.change = [pass](const Size&) {
-    return "observations.csv: time_s of these looks of pass " + pass +
-           " plus or minus a day or a week";
+    return "observations.csv: time_s off the path of pass " + pass +
+           " plus or minus a day (86400 s) or a week (604800 s), so that it is on it";
   };
   out.screened = true;
   out.order = Hypothesis::kCertain;
@@ -303,7 +304,8 @@ Hypothesis ScaledRange(const Names& passes, const KnownNumber& factor) {
            " times what they should be (" + factor.text + ")";
   };
   out.change = [passes](const Size& size) {
-    return "observations.csv: range_m " + PassesPhrase(passes) + " divided by " + Short(size.value);
+    return "observations.csv: range_m " + PassesPhrase(passes) + " divided by " +
+           InFiles(size.value);
   };
   return out;
 }
@@ -340,7 +342,17 @@ Ground GroundOf(const Block& block, std::uint32_t pass) {
   return out;
 }
 
-Hypothesis GroundRange(const Names& passes) {
+/// "sqrt(r^2 + 9000^2) of pass A", r what range_m has.
+std::string SlantWords(const Ground& ground, const std::string& pass) {
+  const std::string antenna = InFiles(ground.antenna_m), radius = InFiles(ground.ground_m);
+  const std::string text =
+      ground.sphere ? "sqrt(" + antenna + "^2 + " + radius + "^2 - 2 * " + antenna + " * " +
+                          radius + " * cos(r / " + radius + "))"
+                    : "sqrt(r^2 + " + InFiles(ground.antenna_m - ground.ground_m) + "^2)";
+  return text + " of pass " + pass;
+}
+
+Hypothesis GroundRange(const Block& sample, const Names& passes) {
   Hypothesis out;
   out.kind = MistakeKind::kRange;
   out.cause = "range.ground";
@@ -356,8 +368,13 @@ Hypothesis GroundRange(const Names& passes) {
   out.says = [passes](const Size&) {
     return "the ranges of " + PassWords(passes) + " are ground ranges, not slant ranges";
   };
-  out.change = [passes](const Size&) {
-    return "observations.csv: slant ranges in range_m " + PassesPhrase(passes);
+  std::string slant;
+  for (const std::uint32_t p : PassesOf(sample, passes)) {
+    slant += (slant.empty() ? "" : ", ") + SlantWords(GroundOf(sample, p), sample.passes[p].id);
+  }
+  out.change = [passes, slant](const Size&) {
+    return "observations.csv: slant ranges in range_m " + PassesPhrase(passes) +
+           ", for ground ranges r " + slant;
   };
   return out;
 }
@@ -377,10 +394,14 @@ Ranges RangesOf(const PassPredictions& pass) {
   return ranges;
 }
 
-void AddOf(const Names& passes, const Ranges& ranges, double sigma_m, Hypotheses* out) {
+void AddOf(const Block& sample,
+           const Names& passes,
+           const Ranges& ranges,
+           double sigma_m,
+           Hypotheses* out) {
   if (ranges.ratio.size() < 3) return;
   out->push_back(RangeBias(passes, Median(ranges.longer_m), sigma_m));
-  out->push_back(GroundRange(passes));
+  out->push_back(GroundRange(sample, passes));
   const double ratio = Median(ranges.ratio);
   for (const KnownNumber& factor : RangeFactors()) {
     if (std::abs(ratio / factor.value - 1.0) < 0.1) {
@@ -418,7 +439,7 @@ Hypothesis RangeBias(const std::vector<std::string>& passes, double longer_m, do
   };
   out.change = [passes](const Size& size) {
     return "observations.csv: range_m " + PassesPhrase(passes) +
-           (size.value > 0.0 ? " minus " : " plus ") + Short(std::abs(size.value)) +
+           (size.value > 0.0 ? " minus " : " plus ") + InFiles(std::abs(size.value), size.sigma) +
            ", or correction.range (bias) " + PassesPhrase(passes);
   };
   return out;
@@ -432,13 +453,13 @@ void AddRangeMistakes(const Facts& facts, Hypotheses* out) {
     const double sigma_of_m = of.sigma.range_m > 0.0 ? of.sigma.range_m : 1.0;
     sigma_m = std::max(sigma_m, sigma_of_m);
     const Ranges ranges = RangesOf(pass);
-    AddOf({of.id}, ranges, sigma_of_m, out);
+    AddOf(facts.sample.block, {of.id}, ranges, sigma_of_m, out);
     if (ranges.ratio.size() < 3) AddBlind({of.id}, out);
     all.ratio.insert(all.ratio.end(), ranges.ratio.begin(), ranges.ratio.end());
     all.longer_m.insert(all.longer_m.end(), ranges.longer_m.begin(), ranges.longer_m.end());
   }
   if (facts.passes.size() < 2) return;
-  AddOf({}, all, sigma_m, out);
+  AddOf(facts.sample.block, {}, all, sigma_m, out);
   if (all.ratio.size() < 3) AddBlind({}, out);
 }
 
@@ -486,7 +507,7 @@ Hypothesis ScaledCone(const Names& passes, const char* column, const KnownNumber
   };
   out.change = [passes, factor, name](const Size&) {
     return "observations.csv: " + name + " " + PassesPhrase(passes) + " divided by " +
-           Short(factor.value);
+           InFiles(factor.value);
   };
   return out;
 }
@@ -511,7 +532,7 @@ Hypothesis DopplerFactor(const Names& passes, double factor) {
   };
   out.change = [passes](const Size& size) {
     return "observations.csv: doppler_hz " + PassesPhrase(passes) + " divided by " +
-           Short(size.value);
+           InFiles(size.value, size.sigma);
   };
   return out;
 }
@@ -532,7 +553,8 @@ Hypothesis Wavelength(const Names& passes, const KnownNumber& factor) {
            " times too large (" + factor.text + ")";
   };
   out.change = [passes](const Size& size) {
-    return "block.toml: wavelength_m " + PassesPhrase(passes) + " divided by " + Short(size.value);
+    return "block.toml: wavelength_m " + PassesPhrase(passes) + " divided by " +
+           InFiles(size.value);
   };
   return out;
 }
@@ -573,12 +595,15 @@ Hypothesis NativeDoppler(const Names& passes, const Squints& squints, double slo
   out.cause = "cone.native";
   out.passes = passes;
   out.parameters = 2;
-  out.undo = [passes, squints](Block* block, double per_m) {
+  const auto constant_of = [squints](double per_m) {
     std::vector<double> left_rad;
     for (std::size_t k = 0; k < squints.off_rad.size(); ++k) {
       left_rad.push_back(squints.off_rad[k] - per_m * squints.range_m[k]);
     }
-    const double constant_rad = Median(std::move(left_rad));
+    return Median(std::move(left_rad));
+  };
+  out.undo = [passes, constant_of](Block* block, double per_m) {
+    const double constant_rad = constant_of(per_m);
     Looks& looks = block->looks;
     if (looks.cone.empty()) looks.cone.assign(looks.size(), 0.0);
     ForLooks(*block, passes, [&](std::size_t i) {
@@ -598,9 +623,12 @@ Hypothesis NativeDoppler(const Names& passes, const Squints& squints, double slo
            " in a kilometre of range and that squint_deg leaves out (native Doppler, read as that "
            "of an image of zero Doppler)";
   };
-  out.change = [passes](const Size&) {
-    return "observations.csv: squint_deg or doppler_hz " + PassesPhrase(passes) +
-           " from the Doppler centroid of the image";
+  out.change = [passes, constant_of](const Size& size) {
+    const std::string of = PassesPhrase(passes);
+    return "observations.csv: squint_deg or doppler_hz " + of +
+           " from the Doppler centroid of the image; known points show squint_deg " + of +
+           " plus " + InFiles(-kDegPerRad * constant_of(size.value)) + " + " +
+           InFiles(-kDegPerRad * size.value) + " * range_m";
   };
   return out;
 }
@@ -686,7 +714,8 @@ Hypothesis SquintBias(const std::vector<std::string>& passes, double value_rad, 
   };
   out.change = [passes](const Size& size) {
     return "observations.csv: squint_deg " + PassesPhrase(passes) +
-           (size.value > 0.0 ? " minus " : " plus ") + Short(std::abs(kDegPerRad * size.value)) +
+           (size.value > 0.0 ? " minus " : " plus ") +
+           InFiles(std::abs(kDegPerRad * size.value), kDegPerRad * size.sigma) +
            ", or correction.squint " + PassesPhrase(passes);
   };
   return out;

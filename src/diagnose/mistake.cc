@@ -37,6 +37,13 @@ std::string Percent(double part) {
 
 std::string Short(double value) { return Digits(value, 4); }
 
+std::string InFiles(double value, double sigma) {
+  constexpr int kFewest = 4, kExact = 10, kMost = 16;
+  if (!(sigma > 0.0) || !std::isfinite(sigma) || value == 0.0) return Digits(value, kExact);
+  const auto order = [](double x) { return static_cast<int>(std::floor(std::log10(std::abs(x)))); };
+  return Digits(value, std::clamp(order(value) - order(sigma) + 2, kFewest, kMost));
+}
+
 Size SizeOf(double value, double sigma, const std::string& unit) {
   const bool none = unit.empty() || unit == "1";
   return {value, sigma, ValueWithSigma(value, sigma) + (none ? "" : " " + unit)};

@@ -74,6 +74,10 @@ struct Hypothesis {
 /// Four digits, without trailing zeros.
 [[nodiscard]] std::string Short(double value);
 
+/// A size to write into a file: to the second digit of its sigma, at least four digits; without a
+/// sigma ten.
+[[nodiscard]] std::string InFiles(double value, double sigma = kNotGiven);
+
 /// "18.000 +- 0.001 s": both to the second digit of sigma; without a sigma six digits.
 [[nodiscard]] Size SizeOf(double value, double sigma, const std::string& unit);
 

@@ -371,6 +371,14 @@ PositionCorrection Spline(PositionCorrection position, double spacing_s) {
   return position;
 }
 
+/// Its table in block.toml; the name has a number where there are several.
+std::string TableOf(const CorrectionGroup& group) {
+  const std::size_t dot = group.name.find('.');
+  if (dot == std::string::npos) return "[adjust.correction." + group.name + "]";
+  return "number " + group.name.substr(dot + 1) + " of [[adjust.correction." +
+         group.name.substr(0, dot) + "]]";
+}
+
 std::string Degree(int degree) { return std::to_string(degree); }
 
 void AddMissingPosition(const Facts& facts, double prior_m, Hypotheses* out) {
@@ -386,7 +394,7 @@ void AddMissingPosition(const Facts& facts, double prior_m, Hypotheses* out) {
                   std::string("no correction takes errors of the flights that the looks show: ") +
                       kTerms.at(static_cast<std::size_t>(degree)) + " of the position of each pass",
                   "block.toml: [adjust.correction.position] with degree = " + Degree(degree) +
-                      " and sigma_m as the flights are known",
+                      " and sigma_m as the flights are known (tried: " + InFiles(prior_m) + ")",
                   {},
                   added},
                  std::move(other),
@@ -401,7 +409,8 @@ void AddMissingPosition(const Facts& facts, double prior_m, Hypotheses* out) {
             "no correction takes errors of the flights that the looks show, which change along "
             "the strips",
             "block.toml: [adjust.correction.position] with basis = \"spline\", knot_spacing_s = " +
-                Short(spacing_s),
+                Short(spacing_s) +
+                " and sigma_m as the flights are known (tried: " + InFiles(prior_m) + ")",
             {}},
            std::move(other),
            out);
@@ -415,7 +424,7 @@ void AddHigherDegrees(const Facts& facts, std::size_t g, Hypotheses* out) {
     other.groups[g].model = changed;
     return other;
   };
-  const std::string table = "block.toml: [adjust.correction." + group.name + "] with ";
+  const std::string table = "block.toml: " + TableOf(group) + " with ";
   if (position.basis == PositionCorrection::Basis::kSpline) {
     const double spacing_s = 0.5 * position.knot_spacing_s;
     AddOther(facts,
@@ -437,7 +446,8 @@ void AddHigherDegrees(const Facts& facts, std::size_t g, Hypotheses* out) {
                       "degree " + Degree(position.degree) + " of " + group.name +
                           " is too low for the errors of the flights, degree " + Degree(degree) +
                           " takes them",
-                      table + "degree = " + Degree(degree) + " and a prior for it",
+                      table + "degree = " + Degree(degree) + " and a prior for its terms (tried: " +
+                          Short(kBesideOthers) + " times the largest of the axis)",
                       group.passes,
                       added},
                      with(Raised(position, degree)),
@@ -449,7 +459,8 @@ void AddHigherDegrees(const Facts& facts, std::size_t g, Hypotheses* out) {
            {"model.degree",
             "degree " + Degree(position.degree) + " of " + group.name +
                 " is too low for errors of the flights that change along the strips",
-            table + "basis = \"spline\", knot_spacing_s = " + Short(spacing_s),
+            table + "basis = \"spline\", knot_spacing_s = " + Short(spacing_s) +
+                " and of the priors of an axis the largest",
             group.passes},
            with(Spline(position, spacing_s)),
            out);
@@ -486,7 +497,7 @@ void AddHeldPasses(const Facts& facts, std::size_t g, double prior_m, Hypotheses
            {"model.held",
             PassWords(fixed) + (fixed.size() == 1 ? " is" : " are") +
                 " held as exact beside others with corrections of " + group.name,
-            "block.toml: passes of [adjust.correction." + group.name + "] with " + PassWords(fixed),
+            "block.toml: passes of " + TableOf(group) + " with " + PassWords(fixed),
             fixed},
            std::move(other),
            out);

@@ -86,7 +86,7 @@ Hypothesis ScaledStates(const Names& passes, bool positions, bool velocities, do
   };
   out.change = [=](const Size&) {
     return "trajectories.csv: " + what + " " + PassesPhrase(passes) + " divided by " +
-           Short(factor);
+           InFiles(factor);
   };
   return out;
 }
@@ -108,6 +108,13 @@ void ToBodyFixed(double rate, double aligned_s, StateVector* state) {
   state->velocity_mps = back * state->velocity_mps - rate * axis.cross(state->position_m);
 }
 
+/// What ToBodyFixed() does, for readers.
+std::string BodyFixedWords(const Names& passes, const std::string& rate, const std::string& at_s) {
+  return "trajectories.csv: body-fixed positions and velocities " + PassesPhrase(passes) +
+         ": both turned about z by -w * (time_s - " + at_s +
+         ") rad, then velocities minus w * (-y_m, x_m, 0), w = " + rate + " rad/s";
+}
+
 /// Inertial axes that are aligned with the body's at time 0; how fast the body turns is estimated.
 Hypothesis InertialStates(const Names& passes, double rate) {
   Hypothesis out = EditedStates(passes, "path.inertial", [](StateVector* state, double value) {
@@ -118,8 +125,8 @@ Hypothesis InertialStates(const Names& passes, double rate) {
     return "the states of " + PassWords(passes) +
            " are in inertial axes, not in those of the turning body: rate " + size.text;
   };
-  out.change = [passes](const Size&) {
-    return "trajectories.csv: body-fixed positions and velocities " + PassesPhrase(passes);
+  out.change = [passes](const Size& size) {
+    return BodyFixedWords(passes, InFiles(size.value, size.sigma), "0");
   };
   return out;
 }
@@ -197,8 +204,9 @@ Hypothesis InertialAxes(const Facts& facts,
            Digits(motion.in_turning_axes_mps2, 2) + " m/s^2 in turning axes)" +
            (free ? ": both axes are the same at " + size.text : "");
   };
-  out.change = [passes](const Size&) {
-    return "trajectories.csv: body-fixed positions and velocities " + PassesPhrase(passes);
+  out.change = [passes, rate, free = out.free](const Size& size) {
+    return BodyFixedWords(
+        passes, InFiles(rate), free ? InFiles(size.value, size.sigma) : "time of equal axes");
   };
   out.screened = true;
   out.order = Hypothesis::kCertain;
@@ -215,9 +223,10 @@ Hypothesis InertialVelocities(const Names& passes, double rate) {
     return "the velocities of " + PassWords(passes) +
            " are inertial, the positions body-fixed: rate " + size.text;
   };
-  out.change = [passes](const Size&) {
+  out.change = [passes](const Size& size) {
     return "trajectories.csv: velocities " + PassesPhrase(passes) +
-           " less the rotation times the position, or through = \"positions\" in [trajectory]";
+           " minus w * (-y_m, x_m, 0), w = " + InFiles(size.value, size.sigma) +
+           " rad/s, or through = \"positions\" in [trajectory]";
   };
   return out;
 }
@@ -714,12 +723,13 @@ Hypothesis TimeCorrelated(const Block& sample, Coordinate measured, TrajectoryEr
   out.max_unexplained = 10.0;
   out.value = trajectory_error->rms;
   out.unit = range ? "m" : "s";
+  constexpr double kWide = 10.0;
+  double prior_m = kWide * trajectory_error->rms;
   if (range) {
     out.free = true;
     out.step = 0.1 * trajectory_error->rms;
   } else {
     // A cubic spline has three coefficients more than pieces.
-    constexpr double kWide = 10.0;
     out.parameters += 2 * static_cast<int>(trajectory_error->passes.size());
     double speed_mps = 0.0;
     for (const std::uint32_t p : PassesOf(sample, trajectory_error->passes)) {
@@ -727,7 +737,7 @@ Hypothesis TimeCorrelated(const Block& sample, Coordinate measured, TrajectoryEr
       const auto motion = pass.path.At(0.5 * (pass.start_s + pass.end_s));
       if (motion) speed_mps = std::max(speed_mps, motion->velocity_mps.norm());
     }
-    const double prior_m = kWide * trajectory_error->rms * speed_mps;
+    prior_m *= speed_mps;
     out.remodel = [trajectory_error, prior_m](CorrectionModel* model, double) {
       *model = WithErrorAlongTrack(std::move(*model), *trajectory_error, prior_m);
     };
@@ -739,11 +749,19 @@ Hypothesis TimeCorrelated(const Block& sample, Coordinate measured, TrajectoryEr
            " (root mean square) and keep their sign for some " + Short(trajectory_error->piece_s) +
            " s";
   };
-  out.change = [trajectory_error, range](const Size&) {
-    return "block.toml: a spline in [adjust.correction.position] with knot_spacing_s = " +
-           Short(trajectory_error->piece_s) + " for " + PassWords(trajectory_error->passes) +
-           " if its flight path has such errors, else standard deviations of the " +
-           (range ? "ranges" : "times") + " with that error in them";
+  out.change = [trajectory_error, range, prior_m](const Size& size) {
+    const Names& passes = trajectory_error->passes;
+    std::string others;
+    for (std::size_t i = 1; i < passes.size(); ++i) others += (i == 1 ? "" : ", ") + passes[i];
+    return "block.toml: [[adjust.correction.position]] with basis = \"spline\", knot_spacing_s = " +
+           Short(trajectory_error->piece_s) +
+           ", components = " + (range ? "[\"across\", \"up\"]" : "[\"along\"]") +
+           ", sigma_m = " + Short(prior_m) + ", passes = [\"" + passes[0] +
+           "\"], shared = true (beside what the pass has" +
+           (others.empty() ? "" : "; a table each for " + others) +
+           ") if the flights have such errors, else " + InFiles(std::abs(size.value)) +
+           (range ? " m" : " s") + " more, by squares, in the standard deviations of the " +
+           (range ? "ranges " : "azimuths ") + PassesPhrase(passes);
   };
   out.screened = true;
   out.local = true;

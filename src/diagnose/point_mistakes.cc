@@ -268,7 +268,10 @@ double WorstOf(const Block& part, std::uint32_t a, std::uint32_t b) {
 
 using RowsOfPoint = std::map<std::string, RowValues, std::less<>>;
 
-Hypothesis Shifted(const std::string& pass, std::shared_ptr<const RowsOfPoint> rows, bool before) {
+Hypothesis Shifted(const std::string& pass,
+                   std::shared_ptr<const RowsOfPoint> rows,
+                   bool before,
+                   bool by_time) {
   Hypothesis out;
   out.kind = MistakeKind::kIds;
   out.cause = "ids.shifted";
@@ -293,9 +296,11 @@ Hypothesis Shifted(const std::string& pass, std::shared_ptr<const RowsOfPoint> r
     return "the point ids of pass " + pass + " are shifted " + direction +
            " by one row against its measurements";
   };
-  out.change = [pass, direction](const Size&) {
-    return "observations.csv: point in the rows of " + pass + ", one row " +
-           (direction == "down" ? "up" : "down");
+  out.change = [pass, before, by_time](const Size&) {
+    return "observations.csv: each row of " + pass + " takes what the row " +
+           (before ? "before" : "after") + " it measured, in the order of their " +
+           (by_time ? "times" : "points") + ", and the " + (before ? "first" : "last") +
+           " one what the " + (before ? "last" : "first") + " one did";
   };
   return out;
 }
@@ -357,7 +362,8 @@ void AddShiftedIds(const Facts& facts, Hypotheses* out) {
         }
       }
       const bool before = neighbour == Sample::kPointBefore || neighbour == Sample::kTimeBefore;
-      out->push_back(Shifted(block.passes[p].id, std::move(rows), before));
+      const bool by_time = neighbour == Sample::kTimeBefore || neighbour == Sample::kTimeAfter;
+      out->push_back(Shifted(block.passes[p].id, std::move(rows), before, by_time));
       out->back().screened = facts.passes[p].predictions.empty();
     }
   }

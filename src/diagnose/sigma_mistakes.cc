@@ -87,7 +87,7 @@ Hypothesis ScaledSigma(const Block& block, const Names& passes, Measured measure
   out.change = [passes, measured](const Size& size) {
     return "block.toml: [sigma] (or the columns of observations.csv) of the " +
            std::string(WordOf(measured)) + " " + PassesPhrase(passes) + " divided by " +
-           Short(size.value);
+           InFiles(size.value, size.sigma);
   };
   out.screened = true;
   out.local = true;
@@ -115,7 +115,9 @@ Hypothesis SquaredSigmas() {
   };
   out.change = [](const Size&) {
     return std::string(
-        "block.toml: in [sigma] (or the columns of observations.csv) the square roots");
+        "block.toml: in [sigma] (or the columns of observations.csv) the square roots of the "
+        "standard "
+        "deviations");
   };
   out.screened = true;
   out.local = true;
@@ -292,7 +294,7 @@ void AddControlSigma(const Facts& facts, Trials* trials, Hypotheses* out) {
   };
   hypothesis.change = [](const Size& size) {
     return "points.csv: the standard deviations of the known points times " +
-           Short(1.0 / size.value);
+           InFiles(1.0 / size.value, size.sigma / (size.value * size.value));
   };
   hypothesis.screened = true;
   hypothesis.local = true;

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Plants every mistake of plants.h in every block and prints what is said of it, and how long that
 // takes beside one adjustment; the tables of docs/validation.md. Usage: diagnosis_table [--draws N]
-// [--seed S] [--block TEXT] [--plant TEXT]
-// [--verbose]; TEXT is a part of the name.
+// [--seed S] [--block TEXT] [--plant TEXT] [--verbose] [--write FOLDER]; TEXT is a part of the
+// name. With --write the blocks are written as folders of FOLDER, with the truth of the scene, and
+// not diagnosed; a line each to standard output: folder, block, mistake, seed, tabs between them.
+#include "sarblock/files/block_file.h"
+
 #include <algorithm>
 #include <array>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <map>
 #include <string>
 #include <string_view>
@@ -21,7 +25,7 @@ using sarblock::test::Plant;
 
 struct Arguments {
   std::uint64_t draws = 1, seed = 1;
-  std::string block, plant;
+  std::string block, plant, folder;
   bool verbose = false;
 };
 
@@ -39,6 +43,7 @@ Arguments Read(int count, char** values) {
     if (name == "--seed") out.seed = std::strtoull(value, nullptr, 10);
     if (name == "--block") out.block = value;
     if (name == "--plant") out.plant = value;
+    if (name == "--write") out.folder = value;
   }
   return out;
 }
@@ -106,10 +111,39 @@ void Tell(const std::string& block,
     std::printf("#   %s\n", text.c_str());
 }
 
+void Write(const Arguments& arguments) {
+  int number = 0;
+  for (const Plant& plant : sarblock::test::Plants()) {
+    if (plant.name.find(arguments.plant) == std::string::npos) continue;
+    for (const std::string& block : sarblock::test::TrialNames()) {
+      if (block.find(arguments.block) == std::string::npos) continue;
+      for (std::uint64_t draw = 0; draw < arguments.draws; ++draw) {
+        const std::uint64_t seed = arguments.seed + draw;
+        const auto [made, planted] = sarblock::test::PlantIn(block, plant, seed);
+        if (!planted.done) continue;
+        const std::string folder = std::to_string(++number);
+        sarblock::WriteBlock(std::filesystem::path(arguments.folder) / folder,
+                             made.block,
+                             made.options,
+                             &made.truth);
+        std::printf("%s\t%s\t%s\t%llu\n",
+                    folder.c_str(),
+                    block.c_str(),
+                    plant.name.c_str(),
+                    static_cast<unsigned long long>(seed));
+      }
+    }
+  }
+}
+
 }  // namespace
 
 int main(int count, char** values) {
   const Arguments arguments = Read(count, values);
+  if (!arguments.folder.empty()) {
+    Write(arguments);
+    return 0;
+  }
   Counts all{};
   std::map<std::string, Times> times;
   std::printf("| mistake | blocks | unseen | first | later | wrong | silent | first of seen |\n");

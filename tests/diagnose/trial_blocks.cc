@@ -80,7 +80,7 @@ TrialBlock MakeTrialBlock(const std::string& name, std::uint64_t seed) {
   TrialBlock made;
   if (name == kRealBlock) {
     BlockFile file = ReadBlock(RealFolder());
-    return {std::move(file.block), std::move(file.adjust)};
+    return {std::move(file.block), std::move(file.adjust), {}};
   }
   // Planned paths, points and visibility are made once; a seed draws the errors anew.
   struct Simulated {
@@ -101,7 +101,7 @@ TrialBlock MakeTrialBlock(const std::string& name, std::uint64_t seed) {
   }
   Simulated& simulated = found->second;
   if (seed > 0) Redraw(simulated.scene, seed, {}, &simulated.block);
-  return {simulated.block.block, simulated.options};
+  return {simulated.block.block, simulated.options, simulated.block.truth};
 }
 
 double AdjustmentTime_s(const std::string& name) {
@@ -116,11 +116,17 @@ double AdjustmentTime_s(const std::string& name) {
   return least_s;
 }
 
+PlantedBlock PlantIn(const std::string& name, const Plant& plant, std::uint64_t seed) {
+  PlantedBlock out{MakeTrialBlock(name, seed), {}};
+  RandomStream random(seed, std::hash<std::string>{}(name + plant.name));
+  out.planted = plant.make(&out.made.block, &random);
+  return out;
+}
+
 TrialResult RunTrial(const std::string& name, const Plant& plant, std::uint64_t seed) {
   TrialResult result;
-  TrialBlock made = MakeTrialBlock(name, seed);
-  RandomStream random(seed, std::hash<std::string>{}(name + plant.name));
-  result.planted = plant.make(&made.block, &random);
+  auto [made, planted] = PlantIn(name, plant, seed);
+  result.planted = std::move(planted);
   if (!result.planted.done) return result;
   made.options.threads = 1;
   const double begin_s = ProcessorTime_s();

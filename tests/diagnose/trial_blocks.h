@@ -18,6 +18,7 @@ namespace sarblock::test {
 struct TrialBlock {
   Block block;
   AdjustOptions options;
+  Truth truth;  ///< empty where the block is not simulated
 };
 
 /// Names of the blocks: the shipped scenes that can be solved (single-flight-squint is made to be
@@ -44,6 +45,13 @@ struct TrialResult {
 
 /// Processor time of one adjustment of the block without a mistake, one thread, the least of five.
 [[nodiscard]] double AdjustmentTime_s(const std::string& name);
+
+/// A block with a mistake planted in it and what is to be said of it.
+struct PlantedBlock {
+  TrialBlock made;
+  Planted planted;
+};
+[[nodiscard]] PlantedBlock PlantIn(const std::string& name, const Plant& plant, std::uint64_t seed);
 
 /// Plants a mistake in a block and diagnoses it.
 [[nodiscard]] TrialResult RunTrial(const std::string& name, const Plant& plant, std::uint64_t seed);
