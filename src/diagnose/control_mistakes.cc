@@ -262,9 +262,15 @@ Hypothesis ConstantHeight(const PointSelection& selection, double step_m, const 
            (size.value > 0.0 ? " too large" : " too small") +
            " (heights above the geoid or of another ellipsoid?)";
   };
-  out.change = [selection](const Size& size) {
-    return "points.csv: heights " + selection.Words() + (size.value > 0.0 ? " minus " : " plus ") +
-           InFiles(std::abs(size.value), size.sigma) +
+  out.change = [selection, step_m](const Size& size) {
+    const std::string by =
+        (size.value > 0.0 ? "minus " : "plus ") + InFiles(std::abs(size.value), size.sigma);
+    // Flights alone tell heights of all known points no better than they are known themselves.
+    if (!selection.role && size.sigma > step_m) {
+      return "points.csv: role = tie " + selection.Words() + " until their heights are right; " +
+             by + " they fit the flights, within " + InFiles(size.sigma, size.sigma) + " m";
+    }
+    return "points.csv: heights " + selection.Words() + " " + by +
            "; check points of the same source as the control cannot see such an error";
   };
   out.screened = true;
@@ -418,8 +424,9 @@ void AddShiftedControl(const Facts& facts, Hypotheses* out) {
   };
   hypothesis.change = [](const Size&) {
     return std::string(
-        "points.csv: the coordinates of all known points minus this vector, if the "
-        "flights are those of these images");
+        "points.csv: role = tie of all known points until they have coordinates of the frame, if "
+        "the flights are those of these images; minus this vector they fit the flights, no better "
+        "than these are known");
   };
   hypothesis.screened = true;
   hypothesis.local = true;

@@ -492,6 +492,30 @@ class Diagnosing {
         out_.explanations.begin(),
         out_.explanations.end(),
         [](const Explanation& a, const Explanation& b) { return RankOf(a) < RankOf(b); });
+    TellDoubtfulLooks();
+  }
+
+  static bool IsOfLook(const Explanation& one) {
+    return one.cause == "ids.look" || one.cause == "time.one" || one.cause == "range.one" ||
+           one.cause == "cone.one";
+  }
+
+  /// Where another look of the point may as well be the wrong one, none of them is taken.
+  void TellDoubtfulLooks() {
+    constexpr double kAlike = 15.0;  // of v'Pv: 1e-4 that noise does it
+    for (Explanation& one : out_.explanations) {
+      if (!IsOfLook(one)) continue;
+      const bool doubtful = std::any_of(
+          out_.explanations.begin(), out_.explanations.end(), [&one](const Explanation& other) {
+            return IsOfLook(other) && other.points == one.points && other.passes != one.passes &&
+                   std::abs(other.square_sum_after - one.square_sum_after) < kAlike;
+          });
+      if (!doubtful) continue;
+      const std::string change = "observations.csv: rejected = 1 in the rows of " + one.points[0] +
+                                 ", whose looks do not tell which of them is wrong";
+      one.sentence.replace(one.sentence.size() - one.change.size(), one.change.size(), change);
+      one.change = change;
+    }
   }
 
   Explanation Describe(const Fit& before, const Candidate& candidate) const {

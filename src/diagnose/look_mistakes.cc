@@ -352,29 +352,46 @@ std::string SlantWords(const Ground& ground, const std::string& pass) {
   return text + " of pass " + pass;
 }
 
-Hypothesis GroundRange(const Block& sample, const Names& passes) {
+/// The height of the ground, or its distance from the centre, is estimated as well, from that of
+/// the known points on.
+Hypothesis GroundRange(const Block& sample, const Names& passes, double step_m) {
   Hypothesis out;
   out.kind = MistakeKind::kRange;
   out.cause = "range.ground";
-  out.parameters = 0;
   out.passes = passes;
-  out.undo = [passes](Block* block, double) {
+  out.undo = [passes](Block* block, double ground_m) {
     std::vector<Ground> ground;
-    for (std::uint32_t p = 0; p < block->passes.size(); ++p) ground.push_back(GroundOf(*block, p));
+    for (std::uint32_t p = 0; p < block->passes.size(); ++p) {
+      ground.push_back(GroundOf(*block, p));
+      ground.back().ground_m = ground_m;
+    }
     ForLooks(*block, passes, [&](std::size_t i) {
       block->looks.range_m[i] = ground[block->looks.pass[i]].SlantOf(block->looks.range_m[i]);
     });
   };
-  out.says = [passes](const Size&) {
-    return "the ranges of " + PassWords(passes) + " are ground ranges, not slant ranges";
+  out.free = true;
+  out.value = GroundOf(sample, 0).ground_m;
+  out.step = step_m;
+  out.unit = "m";
+  const bool sphere = sample.frame.kind() == FrameKind::kGeocentric;
+  out.says = [passes, sphere](const Size& size) {
+    return "the ranges of " + PassWords(passes) +
+           " are ground ranges, not slant ranges (of a ground " + size.text +
+           (sphere ? " from the centre)" : " high)");
   };
-  std::string slant;
+  std::vector<std::pair<std::string, Ground>> seen;
   for (const std::uint32_t p : PassesOf(sample, passes)) {
-    slant += (slant.empty() ? "" : ", ") + SlantWords(GroundOf(sample, p), sample.passes[p].id);
+    seen.emplace_back(sample.passes[p].id, GroundOf(sample, p));
   }
-  out.change = [passes, slant](const Size&) {
+  out.change = [passes, seen](const Size& size) {
+    std::string slant;
+    for (const auto& [pass, known] : seen) {
+      Ground ground = known;
+      ground.ground_m = size.value;
+      slant += (slant.empty() ? "" : ", ") + SlantWords(ground, pass);
+    }
     return "observations.csv: slant ranges in range_m " + PassesPhrase(passes) +
-           ", for ground ranges r " + slant;
+           " as the product converts them; known points show for ground ranges r " + slant;
   };
   return out;
 }
@@ -401,7 +418,12 @@ void AddOf(const Block& sample,
            Hypotheses* out) {
   if (ranges.ratio.size() < 3) return;
   out->push_back(RangeBias(passes, Median(ranges.longer_m), sigma_m));
-  out->push_back(GroundRange(sample, passes));
+  // Where the known points are no ground of this body their coordinates are wrong.
+  constexpr double kNearRadius = 0.1;
+  const Ground ground = GroundOf(sample, 0);
+  const bool at_ground =
+      !ground.sphere || Near(ground.ground_m, sample.frame.ellipsoid().a_m, kNearRadius);
+  if (at_ground) out->push_back(GroundRange(sample, passes, sigma_m));
   const double ratio = Median(ranges.ratio);
   for (const KnownNumber& factor : RangeFactors()) {
     if (std::abs(ratio / factor.value - 1.0) < 0.1) {

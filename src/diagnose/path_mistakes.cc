@@ -671,15 +671,18 @@ std::optional<Curve> FindCurve(const std::vector<Sign>& signs) {
 /// The curves of some passes together, scaled to root mean square 1.
 TrajectoryError Together(const std::vector<std::pair<std::string, Curve>>& curves) {
   TrajectoryError out;
-  double square = 0.0, values = 0.0;
+  double square = 0.0, span_s = 0.0;
   for (const auto& [pass, curve] : curves) {
     out.passes.push_back(pass);
     out.pieces += static_cast<int>(curve.values.size());
     out.piece_s += curve.step_s / static_cast<double>(curves.size());
-    for (const double value : curve.values) square += value * value;
-    values += static_cast<double>(curve.values.size());
+    for (std::size_t k = 1; k < curve.values.size(); ++k) {
+      const double a = curve.values[k - 1], b = curve.values[k];
+      square += curve.step_s * (a * a + a * b + b * b) / 3.0;
+      span_s += curve.step_s;
+    }
   }
-  out.rms = std::sqrt(square / values);
+  out.rms = std::sqrt(square / span_s);
   for (const auto& [pass, curve] : curves) {
     Curve scaled = curve;
     for (double& value : scaled.values) value /= out.rms;
@@ -753,15 +756,19 @@ Hypothesis TimeCorrelated(const Block& sample, Coordinate measured, TrajectoryEr
     const Names& passes = trajectory_error->passes;
     std::string others;
     for (std::size_t i = 1; i < passes.size(); ++i) others += (i == 1 ? "" : ", ") + passes[i];
-    return "block.toml: [[adjust.correction.position]] with basis = \"spline\", knot_spacing_s = " +
-           Short(trajectory_error->piece_s) +
-           ", components = " + (range ? "[\"across\", \"up\"]" : "[\"along\"]") +
-           ", sigma_m = " + Short(prior_m) + ", passes = [\"" + passes[0] +
-           "\"], shared = true (beside what the pass has" +
-           (others.empty() ? "" : "; a table each for " + others) +
-           ") if the flights have such errors, else " + InFiles(std::abs(size.value)) +
-           (range ? " m" : " s") + " more, by squares, in the standard deviations of the " +
-           (range ? "ranges " : "azimuths ") + PassesPhrase(passes);
+    const std::string larger = InFiles(std::abs(size.value), 0.01 * size.value) +
+                               (range ? " m" : " s") +
+                               " more, by squares, in the standard deviations of the " +
+                               (range ? "ranges " : "azimuths ") + PassesPhrase(passes);
+    const std::string spline =
+        "[[adjust.correction.position]] with basis = \"spline\", knot_spacing_s = " +
+        Short(trajectory_error->piece_s) +
+        ", components = " + (range ? "[\"across\", \"up\"]" : "[\"along\"]") +
+        ", sigma_m = " + Short(prior_m) + ", passes = [\"" + passes[0] +
+        "\"], shared = true (beside what the pass has" +
+        (others.empty() ? "" : "; a table each for " + others) + ")";
+    return range ? "block.toml: " + larger + ", or where the flights have such errors " + spline
+                 : "block.toml: " + spline + " if the flights have such errors, else " + larger;
   };
   out.screened = true;
   out.local = true;

@@ -77,7 +77,8 @@ Hypothesis OneLook(const LookName& look, Part part, double value, double step) {
     return "the range of " + text + (more ? " too long" : " too short");
   };
   out.change = [look](const Size&) {
-    return "observations.csv: the row of " + look.Words() + ", or rejected = 1 there";
+    return "observations.csv: the right values in the row of " + look.Words() +
+           ", or rejected = 1 there";
   };
   out.screened = true;
   out.local = true;
@@ -102,7 +103,8 @@ Hypothesis OnePoint(const std::string& point, int looks) {
            " contradict each other and cannot tell which is wrong";
   };
   out.change = [point](const Size&) {
-    return "observations.csv: the rows of " + point + ", or rejected = 1 in them";
+    return "observations.csv: the right values in the rows of " + point +
+           ", or rejected = 1 in them";
   };
   out.screened = true;
   out.local = true;
@@ -249,8 +251,12 @@ Hypothesis ExchangedIn(const std::vector<std::string>& passes,
   out.says = [where, a, b](const Size&) {
     return "points " + a + " and " + b + " are exchanged in pass " + where;
   };
-  out.change = [pass, a, b](const Size&) {
-    return "observations.csv: exchange the names " + a + " and " + b + " in the rows of " + pass;
+  out.change = [passes, a, b](const Size&) {
+    const std::string text =
+        "observations.csv: exchange the names " + a + " and " + b + " in the rows of " + passes[0];
+    if (passes.size() == 1) return text;
+    return text + " or in those of " + passes[1] +
+           ", which the looks do not tell: else rejected = 1 in the rows of " + a + " and " + b;
   };
   out.screened = true;
   return out;

@@ -48,6 +48,16 @@ double CommonSigma(const Block& block, const Names& passes, Measured measured) {
   return differ ? kNotGiven : common;
 }
 
+/// The known factor that a size may be, within two of its sigmas, or the size.
+std::string FactorInFiles(const std::vector<KnownNumber>& numbers, const Size& size) {
+  constexpr double kMaxPart = 0.2;
+  for (const KnownNumber& number : numbers) {
+    const double off = std::abs(size.value - number.value);
+    if (off < 2.0 * size.sigma && off < kMaxPart * number.value) return InFiles(number.value);
+  }
+  return InFiles(size.value, size.sigma);
+}
+
 Hypothesis ScaledSigma(const Block& block, const Names& passes, Measured measured, double factor) {
   Hypothesis out;
   out.kind = MistakeKind::kSigma;
@@ -84,10 +94,10 @@ Hypothesis ScaledSigma(const Block& block, const Names& passes, Measured measure
            PassesPhrase(passes) + " are " + SizeOf(by, size.sigma / size.value * by, "").text +
            " times too " + (large ? "large" : "small");
   };
-  out.change = [passes, measured](const Size& size) {
+  out.change = [passes, measured, numbers = out.numbers](const Size& size) {
     return "block.toml: [sigma] (or the columns of observations.csv) of the " +
            std::string(WordOf(measured)) + " " + PassesPhrase(passes) + " divided by " +
-           InFiles(size.value, size.sigma);
+           FactorInFiles(numbers, size);
   };
   out.screened = true;
   out.local = true;

@@ -106,7 +106,7 @@ double ReadSquint(const Row& row) {
   return squint_deg * kRadPerDeg;
 }
 
-double ReadDoppler(const Row& row, const Pass& pass, double time_s) {
+double ReadDoppler(const Row& row, const Pass& pass, double time_s, Contradictions contradictions) {
   const double doppler_hz = row.Number(kLookColumns("doppler_hz"));
   if (std::isnan(pass.wavelength_m)) {
     row.Fail(kLookColumns("doppler_hz"),
@@ -114,7 +114,7 @@ double ReadDoppler(const Row& row, const Pass& pass, double time_s) {
                  " has no wavelength_m in block.toml, which a Doppler "
                  "centroid needs");
   }
-  if (std::isnan(time_s)) return doppler_hz;
+  if (std::isnan(time_s) || contradictions == Contradictions::kKeep) return doppler_hz;
   if (const auto motion = pass.path.At(time_s)) {
     const double largest_hz = 2.0 * motion->velocity_mps.norm() / pass.wavelength_m;
     if (!(std::abs(doppler_hz) < largest_hz)) {
@@ -128,14 +128,20 @@ double ReadDoppler(const Row& row, const Pass& pass, double time_s) {
 
 // Squint [rad] or Doppler [Hz], that of the pass where the row gives none, and the flag that says
 // which.
-double ReadCone(const Row& row, const Pass& pass, double time_s, std::uint8_t* flags) {
+double ReadCone(const Row& row,
+                const Pass& pass,
+                double time_s,
+                Contradictions contradictions,
+                std::uint8_t* flags) {
   const bool squint = row.Given(kLookColumns("squint_deg")),
              doppler = row.Given(kLookColumns("doppler_hz"));
   if (squint && doppler) {
     row.Fail(kLookColumns("doppler_hz"), "excludes squint_deg; give one of both");
   }
   if (doppler) *flags |= Looks::kDoppler;
-  return doppler ? ReadDoppler(row, pass, time_s) : squint ? ReadSquint(row) : pass.squint_rad;
+  return doppler  ? ReadDoppler(row, pass, time_s, contradictions)
+         : squint ? ReadSquint(row)
+                  : pass.squint_rad;
 }
 
 // The one number above 0 that the row gives among `columns`; its column, or nothing.
@@ -303,7 +309,7 @@ void ReadRows(const BlockReading& reading, Batch* batch, Looks* rows) {
     double cone = pass.squint_rad, range_sigma_m = kNotGiven, azimuth_sigma = kNotGiven;
     if (!same[pass_index]) {
       const double pixel_sigma_px = reading.pixel_sigma_px[pass_index];
-      cone = ReadCone(row, pass, radar.time_s, &flags);
+      cone = ReadCone(row, pass, radar.time_s, reading.options.contradictions, &flags);
       range_sigma_m = ReadRangeSigma(row, pass, pixel_sigma_px, radar);
       azimuth_sigma = ReadAzimuthSigma(row, pass, &flags);
       same[pass_index] = !own && std::isnan(pixel_sigma_px);

@@ -249,7 +249,7 @@ def unwrap_times(block, told, of, day, week):
                     row["time_s"] = repr(time + by)
 
 
-@edit(r"observations\.csv: slant ranges in range_m (of .+?), for ground ranges r (.+)")
+@edit(r"observations\.csv: slant ranges in range_m (of .+?) as the product converts them; known points show for ground ranges r (.+)")
 def slant_ranges(block, told, of, formulas):
     for flat, sphere, name in re.findall(
             rf"(?:sqrt\(r\^2 \+ {NUMBER}\^2\)|sqrt\((\S+\^2 \+ .+?) \* cos\(.+?\)\)) of pass (\S+?)(?:,|$)", formulas):
@@ -262,18 +262,30 @@ def slant_ranges(block, told, of, formulas):
             row["range_m"] = repr(math.sqrt(antenna**2 + ground**2 - 2 * antenna * ground * math.cos(r / ground)))
 
 
-@edit(r"observations\.csv: the row of point (.+?) in pass (.+?), or rejected = 1 there")
+@edit(r"observations\.csv: the right values in the row of point (.+?) in pass (.+?), or rejected = 1 there")
 def reject_row(block, told, point, name):
     for row in look_rows(name, block, told):
         if row["point"] == point:
             row["rejected"] = "1"
 
 
-@edit(r"observations\.csv: the rows of (.+?), or rejected = 1 in them")
+@edit(r"observations\.csv: the right values in the rows of (.+?), or rejected = 1 in them")
 def reject_rows(block, told, point):
     for row in block.tables["observations"]:
         if row["point"] == point:
             row["rejected"] = "1"
+
+
+@edit(r"observations\.csv: exchange the names .+? and .+? in the rows of .+? or in those of .+?, which the looks do not tell: "
+      r"else rejected = 1 in the rows of (.+?) and (.+)")
+def reject_points(block, told, a, b):
+    reject_rows(block, told, a)
+    reject_rows(block, told, b)
+
+
+@edit(r"observations\.csv: rejected = 1 in the rows of (.+?), whose looks do not tell which of them is wrong")
+def reject_doubtful(block, told, point):
+    reject_rows(block, told, point)
 
 
 @edit(r"observations\.csv: exchange the names (.+?) and (.+?) in the rows of (.+)")
@@ -416,19 +428,10 @@ def heights_in_feet(block, told, by, of):
     edit_heights(block, of, lambda h: float(by) * h)
 
 
-@edit(r"points\.csv: the coordinates of all known points minus this vector, if .*")
-def shift_known(block, told):
-    words = re.search(rf"{NUMBER}, {NUMBER}, {NUMBER} m east, north, up at the first of them", told["sentence"])
-    if not words:
-        raise Unclear("no vector")
-    vector = [float(one) for one in words.groups()]
-    rows = named_known_points("of all known points", block)
-    axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
-    if block.ellipsoid():
-        axes = enu_axes(*to_geodetic(position(rows[0], block), block.ellipsoid())[:2])
-    shift = [sum(vector[k] * axes[k][i] for k in range(3)) for i in range(3)]
-    for row in rows:
-        put(row, [x - by for x, by in zip(position(row, block), shift)])
+@edit(r"points\.csv: role = tie (of .+?) until (?:they|their) .*")
+def release_known(block, told, of):
+    for row in named_known_points(of, block):
+        row["role"] = "tie"
 
 
 @edit(r"points\.csv: the coordinates of (.+?), or role = tie")
@@ -504,6 +507,11 @@ def edit_sigmas(block, told, what, of, change):
 @edit(rf"block\.toml: \[sigma\] \(or the columns of observations\.csv\) of the (ranges and azimuths|ranges|azimuths) (of .+?) divided by {NUMBER}")
 def divide_sigmas(block, told, what, of, by):
     edit_sigmas(block, told, what, of, lambda value: value / float(by))
+
+
+@edit(rf"block\.toml: {NUMBER} (m|s) more, by squares, in the standard deviations of the (ranges|azimuths) (of .+?), or where .*")
+def add_to_sigmas(block, told, size, unit, what, of):
+    edit_sigmas(block, told, what, of, lambda value: math.hypot(value, float(size)))
 
 
 @edit(r"block\.toml: in \[sigma\] \(or the columns of observations\.csv\) the square roots of the standard deviations")

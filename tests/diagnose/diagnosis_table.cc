@@ -3,7 +3,8 @@
 // takes beside one adjustment; the tables of docs/validation.md. Usage: diagnosis_table [--draws N]
 // [--seed S] [--block TEXT] [--plant TEXT] [--verbose] [--write FOLDER]; TEXT is a part of the
 // name. With --write the blocks are written as folders of FOLDER, with the truth of the scene, and
-// not diagnosed; a line each to standard output: folder, block, mistake, seed, tabs between them.
+// not diagnosed, the good block of each scene and seed too; a line each to standard output: folder,
+// block, mistake or "none", seed, tabs between them.
 #include "sarblock/files/block_file.h"
 
 #include <algorithm>
@@ -113,8 +114,14 @@ void Tell(const std::string& block,
 
 void Write(const Arguments& arguments) {
   int number = 0;
-  for (const Plant& plant : sarblock::test::Plants()) {
-    if (plant.name.find(arguments.plant) == std::string::npos) continue;
+  std::vector<Plant> plants = sarblock::test::Plants();
+  std::erase_if(plants, [&](const Plant& plant) {
+    return plant.name.find(arguments.plant) == std::string::npos;
+  });
+  plants.push_back({"none", [](sarblock::Block*, sarblock::RandomStream*) {
+                      return sarblock::test::Planted{true, {}, {}, {}, ""};
+                    }});
+  for (const Plant& plant : plants) {
     for (const std::string& block : sarblock::test::TrialNames()) {
       if (block.find(arguments.block) == std::string::npos) continue;
       for (std::uint64_t draw = 0; draw < arguments.draws; ++draw) {

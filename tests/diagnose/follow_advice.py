@@ -2,12 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Follows the first advice of `sarblock diagnose` in blocks with a mistake and tells whether they are good then.
 
-    diagnosis_table --seed 1 --write FOLDER > FOLDER.list
-    tests/diagnose/follow_advice.py PROGRAM FOLDER [--jobs 2] [--keep FOLDER] [--check PERCENT]
+    tests/diagnose/follow_advice.py PROGRAM DIAGNOSIS_TABLE [--scenes A,B] [--draws N] [--seed S] [--only TEXT]
+        [--jobs 2] [--keep FOLDER] [--check PERCENT]
 
-FOLDER.list has a line for each block of FOLDER. A block is diagnosed, its files are edited as the words of the first
-explanation say (block_edits.py), and the new block is adjusted. Where it is not accepted its own first advice is followed
-once more. Cured is a block whose verdict is "accepted". NEES is the mean of d'C^-1 d / 3 of the points' errors d against
+DIAGNOSIS_TABLE is the program that plants the mistakes, in all of its scenes or in A and B. A block is diagnosed, its files are edited as the words of the first
+explanation say (block_edits.py), and the new block is adjusted. Where it is not good its own first advice is followed
+once more. Good is a block whose verdict is "accepted", or that of the block without a mistake where that is not accepted
+either, with a global test that passes. NEES is the mean of d'C^-1 d / 3 of the points' errors d against
 truth.csv with their covariance C: 1 is expected.
 
 Printed are a table by mistake and the blocks that are not cured or accepted with a NEES above 2. With --check the exit
@@ -26,6 +27,11 @@ import sys
 import tempfile
 
 sys.dont_write_bytecode = True
+try:
+    import tomllib  # noqa: F401, of Python 3.11
+except ModuleNotFoundError:
+    print("left out: Python has no tomllib")
+    sys.exit(77)
 import block_edits  # noqa: E402
 
 MAX_NEES = 2.0
@@ -85,23 +91,29 @@ def nees_of(result, truth):
 
 
 def adjust(program, folder, result):
-    """(verdict, s0^2 of looks and control, NEES)"""
+    """Verdict, s0_squared of looks and control, whether its test passed, NEES."""
     done = run(program, "adjust", folder, "-o", result, "--set", "diagnose=false", "--quiet")
     if not (result / "summary.json").exists():
-        return "refused: " + done.stderr.strip()[-200:], None, None
+        return {"verdict": "refused: " + done.stderr.strip()[-200:], "s0_squared": None, "passed": False, "nees": None}
     summary = json.loads((result / "summary.json").read_text(encoding="utf-8"))
-    return summary["verdict"], summary["chi_square"].get("value", math.nan) / max(
-        1.0, summary["chi_square"].get("redundancy", 1.0)), nees_of(result, folder / "truth.csv")
+    test = summary["chi_square"]
+    return {"verdict": summary["verdict"], "s0_squared": test["value"] / max(1.0, test["redundancy"]),
+            "passed": test["passed"], "nees": nees_of(result, folder / "truth.csv")}
 
 
-def follow(program, folder, scratch):
+def is_good(step, usual):
+    """`usual`: the verdict of the block without a mistake."""
+    return step["verdict"] == "accepted" or (step["verdict"] == usual != "not accepted" and step["passed"])
+
+
+def follow(program, folder, scratch, usual):
     """By step: what is said, what came of it."""
     steps = []
     while len(steps) < 2:
         told = first_advice(program, folder)
         if told is None:
             break
-        step = {"cause": told["cause"], "sentence": told["sentence"], "verdict": "", "s0_squared": None, "nees": None}
+        step = {"cause": told["cause"], "sentence": told["sentence"], "s0_squared": None, "nees": None, "good": False}
         steps.append(step)
         new = scratch / f"step{len(steps)}"
         try:
@@ -111,8 +123,9 @@ def follow(program, folder, scratch):
         except block_edits.Unclear as words:
             step["verdict"] = f"not followed: {words}"
             break
-        step["verdict"], step["s0_squared"], step["nees"] = adjust(program, new, scratch / f"result{len(steps)}")
-        if step["verdict"] == "accepted":
+        step.update(adjust(program, new, scratch / f"result{len(steps)}"))
+        step["good"] = is_good(step, usual)
+        if step["good"]:
             break
         folder = new
     return steps
@@ -125,7 +138,7 @@ class Counts:
     def add(self, steps):
         self.blocks += 1
         self.told += bool(steps)
-        cured = bool(steps) and steps[-1]["verdict"] == "accepted"
+        cured = bool(steps) and steps[-1]["good"]
         self.first += cured and len(steps) == 1
         self.second += cured and len(steps) == 2
         self.unclear += bool(steps) and steps[0]["verdict"].startswith("not followed")
@@ -153,22 +166,49 @@ def describe(step):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program")
-    parser.add_argument("folder", type=pathlib.Path)
-    parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--keep", type=pathlib.Path, help="folder for the edited blocks and their results")
+    parser.add_argument("table")
+    parser.add_argument("--scenes", default="", help="parts of their names; all")
+    parser.add_argument("--draws", default="1")
+    parser.add_argument("--seed", default="1")
     parser.add_argument("--only", default="", help="part of the name of the mistake")
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--keep", type=pathlib.Path, help="folder for the blocks, the edited ones and their results")
     parser.add_argument("--check", type=float)
     arguments = parser.parse_args()
-    lines = pathlib.Path(str(arguments.folder) + ".list").read_text(encoding="utf-8").splitlines()
-    blocks = [one for one in (line.split("\t") for line in lines) if arguments.only in one[2]]
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = arguments.keep or pathlib.Path(scratch)
+        shutil.rmtree(folder, ignore_errors=True)
+        return measure(arguments, folder)
+
+
+def write_blocks(arguments, folder):
+    """(folder, scene, mistake or "none", seed) of each block."""
+    blocks = []
+    for scene in arguments.scenes.split(","):
+        target = folder / (scene or "all").replace("/", "-")
+        done = subprocess.run([arguments.table, "--block", scene, "--plant", arguments.only, "--draws", arguments.draws,
+                               "--seed", arguments.seed, "--write", target], capture_output=True, text=True, check=True)
+        for line in done.stdout.splitlines():
+            number, *names = line.split("\t")
+            blocks.append((target / number, *names))
+    return blocks
+
+
+def measure(arguments, folder):
+    blocks = write_blocks(arguments, folder)
+
+    def good_block(block):
+        return adjust(arguments.program, block[0], block[0].with_name(block[0].name + "-result"))
+
+    with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
+        without = [one for one in blocks if one[2] == "none"]
+        usual = {(one[1], one[3]): of for one, of in zip(without, pool.map(good_block, without))}
+    blocks = [one for one in blocks if one[2] != "none"]
 
     def trial(block):
-        scratch = pathlib.Path(tempfile.mkdtemp())
-        if arguments.keep:
-            scratch = arguments.keep / block[0]
-            shutil.rmtree(scratch, ignore_errors=True)
-            scratch.mkdir(parents=True)
-        steps = follow(arguments.program, arguments.folder / block[0], scratch)
+        scratch = block[0].with_name(block[0].name + "-followed")
+        scratch.mkdir()
+        steps = follow(arguments.program, block[0], scratch, usual[block[1], block[3]]["verdict"])
         if not arguments.keep:
             shutil.rmtree(scratch)
         return steps
@@ -184,9 +224,12 @@ def main():
     for mistake, of in counts.items():
         print(of.row(mistake))
     print(everything.row("**all**"))
+    for (name, seed), of in usual.items():
+        if of["verdict"] != "accepted" or (of["nees"] or 0.0) > MAX_NEES:
+            print(f"\n{name} / none / {seed}: {of}")
     for block, steps in zip(blocks, followed):
-        if steps and (steps[-1]["verdict"] != "accepted" or is_wrong(steps)):
-            print("\n" + " / ".join(block))
+        if steps and (not steps[-1]["good"] or is_wrong(steps)):
+            print("\n" + " / ".join(map(str, block)))
             print("\n".join(map(describe, steps)))
     if arguments.check is None:
         return 0

@@ -26,7 +26,7 @@ enum class Measurements {
 };
 
 /// What becomes of a block that contradicts itself grossly: looks whose time is outside their
-/// flight path, geocentric paths deep below the ground.
+/// flight path, Dopplers that no direction has, geocentric paths deep below the ground.
 enum class Contradictions {
   kRefuse,
   kKeep,  ///< for Diagnose(), which looks for the cause
