@@ -21,6 +21,7 @@
 
 #include "block/plausibility.h"
 #include "block/read_recorded.h"
+#include "diagnose/mistake.h"
 #include "diagnose/plants_edit.h"
 #include "diagnose/sample.h"
 #include "diagnose/trial_blocks.h"
@@ -143,7 +144,9 @@ TEST(DiagnoseTest, NamesTheDifferenceOfGpsAndUtc) {
   EXPECT_GT(reported.part, 0.99);
   EXPECT_THAT(diagnosis.Sentences().front(),
               HasSubstr("s late (GPS and UTC differ by 18 s since 2017): takes 99.9"));
-  EXPECT_THAT(reported.change, HasSubstr("time_s of DSC minus 18, or correction.time of DSC"));
+  EXPECT_THAT(reported.change,
+              HasSubstr("time_s of DSC minus " + InFiles(reported.value, reported.sigma) +
+                        ", or correction.time of DSC"));
 }
 
 // A search for blunders would leave out looks of the pass; none goes, and the pass is said first.

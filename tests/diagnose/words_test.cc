@@ -17,6 +17,12 @@ TEST(SizeOfTest, GivesSixDigitsWithoutASigma) {
   EXPECT_EQ(SizeOf(0.0066712819, kNotGiven, "1").text, "0.00667128");
 }
 
+TEST(InFilesTest, GoesToTheSecondDigitOfSigma) {
+  EXPECT_EQ(InFiles(123456.789, 0.12), "123456.79");
+  EXPECT_EQ(InFiles(0.5, 0.1), "0.5");
+  EXPECT_EQ(InFiles(2e6 / 299792458.0), "0.006671281904");  // 4 digits: 20 m of 700 km
+}
+
 TEST(EqualsTest, NamesTheNearestNumberWithinFourSigmas) {
   const std::vector<KnownNumber> numbers{{18.0, "eighteen"}, {19.0, "nineteen"}};
   EXPECT_EQ(Equals(numbers, 18.003, 0.001), "eighteen");  // within a thousandth
