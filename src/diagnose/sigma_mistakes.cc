@@ -126,8 +126,7 @@ Hypothesis SquaredSigmas() {
   out.change = [](const Size&) {
     return std::string(
         "block.toml: in [sigma] (or the columns of observations.csv) the square roots of the "
-        "standard "
-        "deviations");
+        "standard deviations");
   };
   out.screened = true;
   out.local = true;
