@@ -283,6 +283,8 @@ class Diagnosing {
     if (trials->work().Allows(kPartForSigmas)) {
       AddControlSigma(facts, trials, &all);
       AddSigmaMistakes(facts, trials, &all);
+    } else {
+      ++out_.untried;
     }
     out_.hypotheses += static_cast<int>(all.size());
     Try(before, std::move(all), kPartForSigmas, trials, &candidates);

@@ -58,6 +58,19 @@ std::string FactorInFiles(const std::vector<KnownNumber>& numbers, const Size& s
   return InFiles(size.value, size.sigma);
 }
 
+/// Standard deviations of the ranges and of the azimuths of some passes (empty: all).
+void MultiplySigmas(const Names& passes, double ranges, double azimuths, Block* block) {
+  for (const std::uint32_t p : PassesOf(*block, passes)) {
+    block->passes[p].sigma.range_m *= ranges;
+    block->passes[p].sigma.azimuth *= azimuths;
+  }
+  Looks& looks = block->looks;
+  ForLooks(*block, passes, [&](std::size_t i) {
+    if (!looks.range_sigma_m.empty()) looks.range_sigma_m[i] *= ranges;
+    if (!looks.azimuth_sigma.empty()) looks.azimuth_sigma[i] *= azimuths;
+  });
+}
+
 Hypothesis ScaledSigma(const Block& block, const Names& passes, Measured measured, double factor) {
   Hypothesis out;
   out.kind = MistakeKind::kSigma;
@@ -67,19 +80,10 @@ Hypothesis ScaledSigma(const Block& block, const Names& passes, Measured measure
   out.passes = passes;
   out.undo = [passes, measured](Block* edited, double log_factor) {
     const double by = std::exp(-log_factor);
-    const auto scale = [&](double* range, double* azimuth) {
-      if (range != nullptr && measured != Measured::kAzimuth) *range *= by;
-      if (azimuth != nullptr && measured != Measured::kRange) *azimuth *= by;
-    };
-    for (const std::uint32_t p : PassesOf(*edited, passes)) {
-      LookSigma& sigma = edited->passes[p].sigma;
-      scale(&sigma.range_m, &sigma.azimuth);
-    }
-    Looks& looks = edited->looks;
-    ForLooks(*edited, passes, [&](std::size_t i) {
-      scale(looks.range_sigma_m.empty() ? nullptr : &looks.range_sigma_m[i],
-            looks.azimuth_sigma.empty() ? nullptr : &looks.azimuth_sigma[i]);
-    });
+    MultiplySigmas(passes,
+                   measured == Measured::kAzimuth ? 1.0 : by,
+                   measured == Measured::kRange ? 1.0 : by,
+                   edited);
   };
   out.free = true;
   out.logarithm = true;
@@ -147,13 +151,7 @@ struct LogFactors {
 enum class Groups { kLooks, kKnownPoints };
 
 void Multiply(const LogFactors& factors, Block* block) {
-  const double ranges = std::exp(factors.ranges), azimuths = std::exp(factors.azimuths);
-  for (Pass& pass : block->passes) {
-    pass.sigma.range_m *= ranges;
-    pass.sigma.azimuth *= azimuths;
-  }
-  for (double& sigma_m : block->looks.range_sigma_m) sigma_m *= ranges;
-  for (double& sigma : block->looks.azimuth_sigma) sigma *= azimuths;
+  MultiplySigmas({}, std::exp(factors.ranges), std::exp(factors.azimuths), block);
   for (KnownPosition& known : block->points.known) {
     known.covariance_enu_m2 *= std::exp(2.0 * factors.known_points);
   }
