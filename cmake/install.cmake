@@ -40,6 +40,9 @@ install(FILES LICENSE CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT
 install(FILES README.md CITATION.cff DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT sarblock)
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT sarblock
   FILES_MATCHING PATTERN "*.md" PATTERN "*.svg" PATTERN "*.png" PATTERN "*.cc" PATTERN "*.ipynb")
+# Headers name pages: whoever has the library alone has them too.
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libsarblock-dev COMPONENT dev
+  FILES_MATCHING PATTERN "*.md" PATTERN "*.svg" PATTERN "*.png" PATTERN "*.cc")
 
 # What must be found before a library is linked, itself and all below it, as its targets name it.
 function(sarblock_append_needs target out)
@@ -51,7 +54,9 @@ function(sarblock_append_needs target out)
   set(needs ${${out}})
   foreach(link IN LISTS links)
     string(REGEX REPLACE "^\\$<LINK_ONLY:(.*)>$" "\\1" link "${link}")
-    if(link MATCHES "^sarblock::")
+    if(link STREQUAL sarblock::ceres)
+      list(APPEND needs Ceres)
+    elseif(link MATCHES "^sarblock::")
       sarblock_append_needs(${link} needs)
     elseif(link MATCHES "^([A-Za-z0-9_]+)::")
       list(APPEND needs ${CMAKE_MATCH_1})

@@ -75,7 +75,6 @@ int main() {
 
   // [adjust]
   sarblock::AdjustOptions options;
-  options.corrections = sarblock::CorrectionChoice::kGiven;
   options.groups = {{"position", sarblock::PositionCorrection{}}};  // a shift of every pass
   const sarblock::AdjustResult result = sarblock::Adjust(block, options);
   // [adjust]

@@ -16,11 +16,14 @@
 
 #include "adjust_given.h"
 #include "block/plausibility.h"
+#include "block/read_recorded.h"
 #include "block/swath.h"
 #include "core/memory.h"
 #include "core/text.h"
 #include "core/threads.h"
+#include "model/priors.h"
 #include "needs.h"
+#include "quality/assess.h"
 #include "selection/candidates.h"
 #include "selection/selection.h"
 #include "selection/simplify.h"
@@ -75,33 +78,48 @@ AdjustResult AdjustInOrder(PointOrder order,
 }  // namespace
 
 AdjustResult Adjust(const Block& block,
-                    const AdjustOptions& options,
+                    const AdjustOptions& asked,
                     const PointPairs& pairs,
                     ProgressSink* progress) {
-  RequireUsable(block, pairs, LookUse::kMeasured);
-  RequireOffered(options);
-  const ThreadLimit limit(options.threads);
-  PointOrder order = OrderByPasses(block);
-  if (order.empty()) return AdjustInGivenOrder(block, options, pairs, progress);
-  Block copy = block;
-  return AdjustInOrder(std::move(order), options, pairs, progress, &copy);
+  return CallInLibrary(asked.threads, progress, [&] {
+    const AdjustOptions options = UsableOptions(block, asked, pairs, LookUse::kMeasured);
+    PointOrder order = OrderByPasses(block);
+    AdjustResult result;
+    if (order.empty()) {
+      result = AdjustInGivenOrder(block, options, pairs, progress);
+    } else {
+      Block copy = block;
+      result = AdjustInOrder(std::move(order), options, pairs, progress, &copy);
+    }
+    ScaleByPosterior(options, &result);
+    return result;
+  });
 }
 
 AdjustResult Adjust(Block* block,
-                    const AdjustOptions& options,
+                    const AdjustOptions& asked,
                     const PointPairs& pairs,
                     ProgressSink* progress) {
-  RequireUsable(*block, pairs, LookUse::kMeasured);
-  RequireOffered(options);
-  const ThreadLimit limit(options.threads);
-  PointOrder order = OrderByPasses(*block);
-  if (order.empty()) return AdjustInGivenOrder(*block, options, pairs, progress);
-  return AdjustInOrder(std::move(order), options, pairs, progress, block);
+  return CallInLibrary(asked.threads, progress, [&] {
+    const AdjustOptions options = UsableOptions(*block, asked, pairs, LookUse::kMeasured);
+    PointOrder order = OrderByPasses(*block);
+    AdjustResult result = order.empty()
+                              ? AdjustInGivenOrder(*block, options, pairs, progress)
+                              : AdjustInOrder(std::move(order), options, pairs, progress, block);
+    ScaleByPosterior(options, &result);
+    return result;
+  });
 }
 
-BlockCheck CheckBlock(const Block& block, const AdjustOptions& options, ProgressSink* progress) {
+std::vector<std::string> MakePaths(Block* block) {
+  Validate(*block);
+  return ReadRecordedFlights(block);
+}
+
+namespace {
+
+BlockCheck Checked(const Block& block, const AdjustOptions& options, ProgressSink* progress) {
   Validate(block);
-  const ThreadLimit limit(options.threads);
   const CorrectionModel given = GivenCorrections(options);
   AdjustmentProblem problem(block, given.groups, {}, given.priors);
   BlockCheck check;
@@ -125,6 +143,16 @@ BlockCheck CheckBlock(const Block& block, const AdjustOptions& options, Progress
     check.findings.push_back(text);
   }
   return check;
+}
+
+}  // namespace
+
+BlockCheck CheckBlock(const Block& block, const AdjustOptions& options, ProgressSink* progress) {
+  return CallInLibrary(options.threads, progress, [&] {
+    AdjustOptions used = options;
+    if (used.threads <= 0) used.threads = ThreadsAllowed();
+    return Checked(block, used, progress);
+  });
 }
 
 namespace {
@@ -265,6 +293,24 @@ void RequireUsable(const Block& block, const PointPairs& pairs, LookUse use) {
                      "must be two points below " + std::to_string(points) + ", got " +
                          std::to_string(a) + " and " + std::to_string(b));
   }
+}
+
+AdjustOptions UsableOptions(const Block& block,
+                            const AdjustOptions& options,
+                            const PointPairs& pairs,
+                            LookUse use) {
+  RequireUsable(block, pairs, use);
+  RequireOffered(options);
+  AdjustOptions out = options;
+  if (out.threads <= 0) out.threads = ThreadsAllowed();
+  if (pairs.empty()) return out;
+  if (options.pairs == PairChoice::kNeighbours || options.pairs == PairChoice::kAll) {
+    throw InputError("pairs",
+                     "are listed, and the options ask for pairs of another choice; a list, or "
+                     "options.pairs, is allowed");
+  }
+  out.pairs = PairChoice::kList;
+  return out;
 }
 
 void RequireOffered(const AdjustOptions& options) {

@@ -37,6 +37,13 @@ void RequireUsable(const Block& block, const PointPairs& pairs, LookUse use);
 /// Refuses options that this build does not offer, by name.
 void RequireOffered(const AdjustOptions& options);
 
+/// Both, for a public function within CallInLibrary(); the options as it has to take them: pairs
+/// that are listed count, the threads are those that there are.
+[[nodiscard]] AdjustOptions UsableOptions(const Block& block,
+                                          const AdjustOptions& options,
+                                          const PointPairs& pairs,
+                                          LookUse use);
+
 /// For commands that adjust nothing: refuses `montecarlo` and says that variance components are not
 /// estimated.
 void RefuseRepetition(const AdjustOptions& options, const char* command, AdjustResult* result);

@@ -58,7 +58,6 @@ void DescribePaths(const Block& block,
                    const Block& measured,
                    const AdjustOptions& options,
                    AdjustResult* result) {
-  const ThreadLimit limit(options.threads);
   const std::vector<CorrectionGroup> groups = UsedGroups(options, *result);
   result->strips = SampleStrips(block, groups, *result);
   if (options.datum != Datum::kGiven) return;
@@ -439,7 +438,6 @@ AdjustResult AdjustGiven(const Block& block,
                          const PointPairs& pairs,
                          const AtSolution& at_solution,
                          ProgressSink* progress) {
-  const ThreadLimit limit(asked.threads);
   AdjustResult result;
   const CorrectionModel given = GivenCorrections(asked);
   AdjustmentProblem problem(block, given.groups, simplified, given.priors);
@@ -588,7 +586,7 @@ AdjustResult AdjustGiven(const Block& block,
                               options.covariance == CovarianceLevel::kMonteCarlo;
   if (!result.points.covariance_m2.empty() && of_whole_block) {
     result.check_freedom =
-        CheckFreedom(problem, state, *system, result.checks, CovarianceFactor(options, result));
+        CheckFreedom(problem, state, *system, result.checks, PosteriorFactor(options, result));
   }
   if (floating && !result.checks.empty()) {
     result.checks.clear();

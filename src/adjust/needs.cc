@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "needs.h"
 
-#include "sarblock/adjust/needs.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 
 #include "core/memory.h"
+#include "core/text.h"
 
 namespace sarblock {
 namespace {
@@ -106,21 +105,6 @@ ArrayBytes PointsBytes(const AdjustmentProblem& problem, const AdjustOptions& op
 
 std::uint64_t Doubles(std::size_t count) { return sizeof(double) * count; }
 
-/// In MiB, without the unit.
-std::string Amount(double mib) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), mib < 10.0 ? "%.1f" : "%.0f", mib);
-  return text.data();
-}
-
-std::string Amount(std::uint64_t bytes) { return Amount(static_cast<double>(bytes) / kMiB); }
-
-std::string Work(double operations) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.1e", operations);
-  return text.data();
-}
-
 }  // namespace
 
 ResourceNeeds PredictNeeds(const AdjustmentProblem& problem,
@@ -157,17 +141,6 @@ ResourceNeeds PredictNeeds(const AdjustmentProblem& problem,
   return needs;
 }
 
-std::string DescribeNeeds(const ResourceNeeds& needs) {
-  const std::string files =
-      needs.scratch_bytes > 0 ? ", " + Amount(needs.scratch_bytes) + " MiB in scratch files" : "";
-  return "memory " + Amount(needs.peak_bytes) + " MiB" + files + " (looks " +
-         Amount(needs.looks_bytes) + ", points " + Amount(needs.points_bytes) + ", S " +
-         Amount(needs.matrix_bytes) + ", partial sums " + Amount(needs.partial_sums_bytes) +
-         ", factor " + Amount(needs.factor_bytes) + ", fronts " + Amount(needs.fronts_bytes) +
-         ", inverse " + Amount(needs.inverse_bytes) + "); operations: S " +
-         Work(needs.sum_operations) + ", factor " + Work(needs.factor_operations);
-}
-
 std::string ProblemOfMemory(const ResourceNeeds& needs, const AdjustOptions& options) {
   const bool asked = options.memory_mib > 0.0;
   if (!asked && needs.peak_bytes <= kAlwaysThere) return {};
@@ -175,10 +148,11 @@ std::string ProblemOfMemory(const ResourceNeeds& needs, const AdjustOptions& opt
   const std::uint64_t more = asked ? needs.peak_bytes : needs.peak_bytes - needs.block_bytes;
   const double limit_mib = asked ? options.memory_mib : AvailableMemory_bytes() / kMiB;
   if (static_cast<double>(more) <= limit_mib * kMiB) return {};
-  std::string text = "the adjustment needs " + Amount(more) + " MiB" +
+  std::string text = "the adjustment needs " + Mebibytes(static_cast<double>(more)) + " MiB" +
                      (asked ? "" : " more than the block as it was read") + ", " +
-                     Amount(limit_mib) + " MiB are " + (asked ? "allowed" : "free") + ": " +
-                     DescribeNeeds(needs) + "; less is needed with fewer parameters per pass";
+                     Mebibytes(limit_mib * kMiB) + " MiB are " + (asked ? "allowed" : "free") +
+                     ": " + DescribeNeeds(needs) +
+                     "; less is needed with fewer parameters per pass";
   if (options.covariance != CovarianceLevel::kNone) text += ", with covariance = \"none\"";
   if (needs.large_bytes > needs.scratch_bytes) {
     text += ", with looks and points in files (--scratch)";

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/adjust/needs.h"
 #include "sarblock/model/options.h"
+#include "sarblock/model/result.h"
 
 #include "model/problem.h"
 #include "normals/reduced_system.h"

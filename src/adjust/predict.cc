@@ -154,28 +154,24 @@ Block FillMeasurements(const Block& block, const std::vector<Eigen::Vector3d>& p
   return Filled(block, positions_m);
 }
 
-AdjustResult Predict(const Block& block,
-                     const AdjustOptions& options,
-                     const std::vector<Eigen::Vector3d>& positions_m,
-                     const PointPairs& pairs,
-                     ProgressSink* progress) {
-  if (LacksOffsets(block)) {
-    return Predict(WithoutLooks(block), options, positions_m, pairs, progress);
-  }
-  RequireUsable(block, pairs, LookUse::kPlanned);
+namespace {
+
+AdjustResult Predicted(const Block& block,
+                       const AdjustOptions& options,
+                       const std::vector<Eigen::Vector3d>& positions_m,
+                       const PointPairs& pairs,
+                       ProgressSink* progress) {
   if (positions_m.size() > block.points.size()) {
     throw InputError("positions_m",
                      "must have at most one entry for each point, " +
                          std::to_string(block.points.size()) + ", got " +
                          std::to_string(positions_m.size()));
   }
-  RequireOffered(options);
   if (options.corrections == CorrectionChoice::kAuto) {
     throw InputError("adjust.corrections",
                      "'auto' chooses by measured values, a prediction has none; 'given' or 'none' "
                      "is allowed");
   }
-  const ThreadLimit limit(options.threads);
   AdjustResult result;
   RefuseRepetition(options, "predict", &result);
   result.status = AdjustStatus::kPredicted;
@@ -239,6 +235,22 @@ AdjustResult Predict(const Block& block,
   return result;
 }
 
+}  // namespace
+
+AdjustResult Predict(const Block& block,
+                     const AdjustOptions& options,
+                     const std::vector<Eigen::Vector3d>& positions_m,
+                     const PointPairs& pairs,
+                     ProgressSink* progress) {
+  if (LacksOffsets(block)) {
+    return Predict(WithoutLooks(block), options, positions_m, pairs, progress);
+  }
+  return CallInLibrary(options.threads, progress, [&] {
+    const AdjustOptions usable = UsableOptions(block, options, pairs, LookUse::kPlanned);
+    return Predicted(block, usable, positions_m, pairs, progress);
+  });
+}
+
 namespace {
 
 constexpr std::size_t kIntersectionsPerChunk = 512;
@@ -256,13 +268,7 @@ PointStatus StatusOf(IntersectionOutcome outcome) {
   }
 }
 
-}  // namespace
-
-AdjustResult IntersectBlock(const Block& block,
-                            const AdjustOptions& options,
-                            ProgressSink* progress) {
-  RequireUsable(block, {}, LookUse::kMeasured);
-  const ThreadLimit limit(options.threads);
+AdjustResult Intersected(const Block& block, const AdjustOptions& options, ProgressSink* progress) {
   AdjustResult result;
   RefuseRepetition(options, "intersect", &result);
   result.status = AdjustStatus::kIntersected;
@@ -327,7 +333,19 @@ AdjustResult IntersectBlock(const Block& block,
   if (result.looks_used == 0) Refuse(&result, "no point could be intersected");
   Assess(block, options, &result);
   DescribePaths(block, block, options, &result);
+  ScaleByPosterior(options, &result);
   return result;
+}
+
+}  // namespace
+
+AdjustResult IntersectBlock(const Block& block,
+                            const AdjustOptions& options,
+                            ProgressSink* progress) {
+  return CallInLibrary(options.threads, progress, [&] {
+    RequireUsable(block, {}, LookUse::kMeasured);
+    return Intersected(block, options, progress);
+  });
 }
 
 }  // namespace sarblock

@@ -2,7 +2,6 @@
 #include "import.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/files/adjust_options.h"
 #include "sarblock/files/block_file.h"
 #include "sarblock/tables/output.h"
 
@@ -47,13 +46,12 @@ std::optional<OutputLock> RequireImportFolder(const ImportOutput& output, const 
 bool WriteImported(const ImportOutput& output,
                    const Block& block,
                    const Session& session,
-                   AdjustOptions own) {
+                   const AdjustOptions& own) {
   std::vector<std::string> ids;
   for (const Pass& pass : block.passes) ids.push_back(pass.id);
-  // "given", also with no table: then nothing is corrected until --set, here or later, adds a
-  // group.
-  own.corrections = CorrectionChoice::kGiven;
-  const AdjustOptions adjust = ReadAdjustTable(DumpAdjustTable(own), "import", ids, session.set);
+  // `own.corrections` is "given", also with no table: then nothing is corrected until --set, here
+  // or later, adds a group.
+  const AdjustTable adjust = ReadAdjustTable(DumpAdjustTable(own), "import", ids, session.set);
   if (session.dump_config) {
     fmt::print("{}", DumpAdjustTable(adjust));
     return false;

@@ -39,7 +39,7 @@ void AddImportOutput(CLI::App* command, ImportOutput* output);
 [[nodiscard]] bool WriteImported(const ImportOutput& output,
                                  const Block& block,
                                  const Session& session,
-                                 AdjustOptions own = {});
+                                 const AdjustOptions& own = {});
 
 /// Adds --range-polynomial: how the ground range polynomials of an ISD are read.
 void AddRangePolynomial(CLI::App* command, const std::string& help, RangePolynomialTimes* value);

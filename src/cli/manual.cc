@@ -2,7 +2,7 @@
 #include "manual.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/block_file.h"
 #include "sarblock/files/scene_file.h"
 
 #include <algorithm>

@@ -59,7 +59,7 @@ void PrintTest(const AdjustResult& result, const AdjustOptions& options, Out out
   }
 }
 
-void PrintSigmas(const Block& block, const AdjustResult& result, double factor, Out out) {
+void PrintSigmas(const Block& block, const AdjustResult& result, Out out) {
   if (result.points.covariance_m2.empty()) return;
   std::array<std::vector<double>, 3> sigma_m;
   std::array<std::size_t, 3> worst{};
@@ -67,7 +67,7 @@ void PrintSigmas(const Block& block, const AdjustResult& result, double factor, 
   for (std::size_t point = 0; point < block.points.size(); ++point) {
     if (!IsSolved(result.points.status[point])) continue;
     for (std::size_t i = 0; i < 3; ++i) {
-      const double sigma = factor * std::sqrt(result.points.covariance_m2[point][i]);
+      const double sigma = std::sqrt(result.points.covariance_m2[point][i]);
       sigma_m[i].push_back(sigma);
       if (sigma > largest[i]) {
         largest[i] = sigma;
@@ -181,16 +181,14 @@ void PrintChecks(const AdjustResult& result, double level, Out out) {
   if (!verdict.empty()) fmt::format_to(out, "    {}\n", verdict);
 }
 
-void PrintCorrections(const AdjustResult& result, double factor, Out out) {
+void PrintCorrections(const AdjustResult& result, Out out) {
   if (result.parameters.empty()) return;
   std::vector<const ParameterResult*> order;
   for (const ParameterResult& p : result.parameters) {
     if (!std::isnan(p.sigma)) order.push_back(&p);
   }
   if (order.empty()) return;
-  const auto significance = [&](const ParameterResult* p) {
-    return std::abs(p->value) / (factor * p->sigma);
-  };
+  const auto significance = [&](const ParameterResult* p) { return std::abs(p->value) / p->sigma; };
   constexpr std::size_t kShown = 6;
   if (result.status == AdjustStatus::kPredicted) {
     std::sort(order.begin(), order.end(), [](const auto* a, const auto* b) {
@@ -202,7 +200,7 @@ void PrintCorrections(const AdjustResult& result, double factor, Out out) {
                      "    {:<12} {:<20} sigma {:.3g} {}{}\n",
                      order[i]->owner,
                      order[i]->name,
-                     factor * order[i]->sigma,
+                     order[i]->sigma,
                      order[i]->unit,
                      std::isnan(order[i]->prior_sigma)
                          ? std::string(", no prior")
@@ -219,7 +217,7 @@ void PrintCorrections(const AdjustResult& result, double factor, Out out) {
                    "    {:<12} {:<20} {:>20} {} ({:.1f} sigma)\n",
                    order[i]->owner,
                    order[i]->name,
-                   ValueWithSigma(order[i]->value, factor * order[i]->sigma),
+                   ValueWithSigma(order[i]->value, order[i]->sigma),
                    order[i]->unit,
                    significance(order[i]));
   }
@@ -279,8 +277,7 @@ void PrintSelection(const SelectionReport& selection, Out out) {
 
 std::string DescribeResult(const Block& block,
                            const AdjustOptions& options,
-                           const AdjustResult& result,
-                           double sigma_factor) {
+                           const AdjustResult& result) {
   std::string text;
   const Out out(text);
   const auto solved = std::count_if(
@@ -318,11 +315,11 @@ std::string DescribeResult(const Block& block,
   if (!result.parameters.empty()) {
     fmt::format_to(out, "  condition of the reduced matrix {:.2g}\n", result.condition);
   }
-  PrintSigmas(block, result, sigma_factor, out);
+  PrintSigmas(block, result, out);
   text += DescribeMonteCarlo(result);
   PrintChecks(result, LevelOfOneTest(options.test_level), out);
   PrintQuality(block, result, out);
-  PrintCorrections(result, sigma_factor, out);
+  PrintCorrections(result, out);
   for (const std::string& warning : result.warnings) {
     fmt::format_to(out, "  warning: {}\n", warning);
   }

@@ -9,11 +9,10 @@
 namespace sarblock::cli {
 
 /// The result in about twenty lines for people: verdict, counts, global test, sigmas, check points,
-/// largest corrections, warnings. Standard deviations are multiplied by `sigma_factor`.
+/// largest corrections, warnings.
 [[nodiscard]] std::string DescribeResult(const Block& block,
                                          const AdjustOptions& options,
-                                         const AdjustResult& result,
-                                         double sigma_factor);
+                                         const AdjustResult& result);
 
 /// Contents of a block: passes, points by role, looks, looks per point, what will not work.
 [[nodiscard]] std::string DescribeBlock(const Block& block);

@@ -205,7 +205,7 @@ Ending ParseAndRun(const Program& program, int argc, char** argv, Session* sessi
   }
   InstallInterruptHandler();
   MakeProgress(session);
-  const CancellationScope cancellation(*session->progress);
+  const CancellationScope cancellation(session->progress.get());
   const ThreadLimit limit(session->Threads());
   return {session->run(), {}};
 }

@@ -3,7 +3,6 @@
 #include "sarblock/core/error.h"
 #include "sarblock/core/progress.h"
 #include "sarblock/diagnose/diagnose.h"
-#include "sarblock/files/adjust_options.h"
 #include "sarblock/files/block_file.h"
 #include "sarblock/files/result.h"
 #include "sarblock/files/scene_file.h"
@@ -153,8 +152,8 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
   context.warnings = file.warnings;
   context.compression = arguments.gzip ? Compression::kGzip : Compression::kNone;
   const bool failed = arguments.strict && result.assessment.verdict == Verdict::kTestsFailed;
-  const int exit_code = result.accepted() && !failed ? kAccepted : kNotAccepted;
-  if (solver.adjusts) {
+  const int exit_code = result.usable() && !failed ? kAccepted : kNotAccepted;
+  if (solver.adjusts && file.adjust.diagnose) {
     context.diagnosis =
         ExplainFailure(file.block, file.adjust, file.warnings, &result, session.progress.get());
   }
@@ -163,10 +162,8 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
     fmt::print("{}", summary);
   } else {
     for (const std::string& warning : file.warnings) session.Warn("sarblock: warning: " + warning);
-    session.Print(
-        DescribeResult(
-            file.block, file.adjust, result, std::sqrt(CovarianceFactor(file.adjust, result))) +
-        "  written to " + arguments.out + "\n");
+    session.Print(DescribeResult(file.block, file.adjust, result) + "  written to " +
+                  arguments.out + "\n");
   }
   if (arguments.report) ReportResult(arguments.out, session);
   return exit_code;
@@ -244,7 +241,7 @@ struct CheckArguments {
 
 /// Reads the other files that an adjustment of the block would read; returns looks left out.
 std::size_t ReadNamedFiles(const CheckArguments& arguments, BlockFile* file) {
-  AdjustOptions& adjust = file->adjust;
+  AdjustTable& adjust = file->adjust;
   if (!arguments.rejections.empty()) {
     adjust.rejections_file = std::filesystem::absolute(arguments.rejections).string();
   }
@@ -503,7 +500,7 @@ int RunSimulate(const SimulateArguments& arguments, const Session& session) {
       Naming(arguments.scene, [&] { return Simulate(scene, session.progress.get()); });
   std::vector<std::string> passes;
   for (const Pass& pass : simulated.block.passes) passes.push_back(pass.id);
-  const AdjustOptions adjust = ReadAdjustTable(scene.adjust_toml, arguments.scene, passes);
+  const AdjustTable adjust = ReadAdjustTable(scene.adjust_toml, arguments.scene, passes);
   WriteBlock(arguments.out,
              simulated.block,
              adjust,

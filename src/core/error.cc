@@ -29,18 +29,19 @@ std::string Listed(const std::string& problem, const std::vector<std::string>& n
 
 }  // namespace
 
-InputError::InputError(const FilePlace& place, const std::string& problem)
-    : std::runtime_error(Message(place, problem)) {}
+InputError::InputError(FilePlace place, std::string problem)
+    : Error(Message(place, problem)), place_(std::move(place)), problem_(std::move(problem)) {}
 
-InputError::InputError(const std::string& field, const std::string& problem)
-    : std::runtime_error(Message({.file = {}, .line = 0, .field = field}, problem)) {}
+InputError::InputError(std::string field, std::string problem)
+    : InputError(FilePlace{.file = {}, .line = 0, .field = std::move(field)}, std::move(problem)) {}
 
 UndeterminedError::UndeterminedError(const std::string& problem, std::vector<std::string> names)
-    : std::runtime_error(Listed(problem, names)), names_(std::move(names)) {}
+    : Error(Listed(problem, names)), names_(std::move(names)) {}
 
-Interrupted::Interrupted(const std::string& stage)
-    : std::runtime_error("interrupted during " + stage) {}
+Interrupted::Interrupted(std::string stage)
+    : Error("interrupted during " + stage), stage_(std::move(stage)) {}
 
-const char* Version() { return SARBLOCK_VERSION; }
+static_assert(SARBLOCK_VERSION == SARBLOCK_PROJECT_VERSION_NUMBER, "core/error.h, CMakeLists.txt");
+const char* Version() { return SARBLOCK_PROJECT_VERSION; }
 
 }  // namespace sarblock

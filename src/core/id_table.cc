@@ -88,12 +88,12 @@ std::uint32_t IdTable::AppendInOrder(std::string_view id) {
   const auto index = static_cast<std::uint32_t>(size());
   text_.append(id);
   begin_.push_back(static_cast<std::uint32_t>(end));
-  if (!slots_.empty()) {
-    if (2 * size() > slots_.size()) {
-      BuildIndex();
+  if (Slots* const slots = index_.get()) {
+    if (2 * size() > slots->size()) {
+      *slots = MakeIndex();
     } else {
-      const std::size_t slot = SlotOf((*this)[index]);
-      if (slots_[slot] == kNone) slots_[slot] = index;  // else a duplicate: the first one stays
+      const std::size_t slot = SlotOf((*this)[index], *slots);
+      if ((*slots)[slot] == kNone) (*slots)[slot] = index;  // else a duplicate: the first one stays
     }
   }
   return index;
@@ -109,7 +109,7 @@ int IdTable::OrderToLast(std::string_view id) const {
 }
 
 std::uint32_t IdTable::FindOrAppend(std::string_view id) {
-  if (slots_.empty() && ascending_) {
+  if (index_.get() == nullptr && ascending_) {
     const int order = OrderToLast(id);
     if (order == 0) return static_cast<std::uint32_t>(size() - 1);
     if (order > 0) return AppendInOrder(id);
@@ -119,27 +119,29 @@ std::uint32_t IdTable::FindOrAppend(std::string_view id) {
 }
 
 std::uint32_t IdTable::Find(std::string_view id) const {
-  if (slots_.empty()) BuildIndex();
-  return slots_[SlotOf(id)];
+  const Slots* slots = index_.get();
+  if (slots == nullptr) slots = index_.Offer(MakeIndex());
+  return (*slots)[SlotOf(id, *slots)];
 }
 
-std::size_t IdTable::SlotOf(std::string_view id) const {
-  const std::size_t mask = slots_.size() - 1;
+std::size_t IdTable::SlotOf(std::string_view id, const Slots& slots) const {
+  const std::size_t mask = slots.size() - 1;
   std::size_t slot = Hash(id) & mask;
-  while (slots_[slot] != kNone && (*this)[slots_[slot]] != id) slot = (slot + 1) & mask;
+  while (slots[slot] != kNone && (*this)[slots[slot]] != id) slot = (slot + 1) & mask;
   return slot;
 }
 
 // A power of two of slots, a quarter to a half of them filled, so that the next rebuild comes after
 // as many appends as there are ids: the work per append is bounded on average.
-void IdTable::BuildIndex() const {
-  std::size_t slots = 16;
-  while (slots < 2 * size() + 1) slots *= 2;
-  slots_.assign(slots, kNone);
+IdTable::Slots IdTable::MakeIndex() const {
+  std::size_t count = 16;
+  while (count < 2 * size() + 1) count *= 2;
+  Slots slots(count, kNone);
   for (std::size_t i = 0; i < size(); ++i) {
-    const std::size_t slot = SlotOf((*this)[i]);
-    if (slots_[slot] == kNone) slots_[slot] = static_cast<std::uint32_t>(i);
+    const std::size_t slot = SlotOf((*this)[i], slots);
+    if (slots[slot] == kNone) slots[slot] = static_cast<std::uint32_t>(i);
   }
+  return slots;
 }
 
 std::string IdTable::Nearest(std::string_view id) const {
@@ -156,7 +158,7 @@ std::string IdTable::Nearest(std::string_view id) const {
   return nearest < count ? std::string((*this)[nearest]) : std::string();
 }
 
-void IdTable::DropIndex() { std::vector<std::uint32_t>().swap(slots_); }
+void IdTable::DropIndex() { index_.Set(nullptr); }
 
 std::string NearestName(std::string_view name, const std::vector<std::string>& allowed) {
   const auto candidate = [&allowed](std::size_t i) { return std::string_view(allowed[i]); };

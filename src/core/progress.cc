@@ -6,7 +6,6 @@
 #include <charconv>
 #include <string>
 #include <system_error>
-#include <utility>
 
 namespace sarblock {
 
@@ -19,18 +18,6 @@ void Step(ProgressSink* sink,
   sink->Update(stage, done, total, detail);
   if (sink->Cancelled()) throw Interrupted(std::string(stage));
 }
-
-namespace {
-
-thread_local const ProgressSink* t_current = nullptr;
-
-}  // namespace
-
-CancellationScope::CancellationScope(const ProgressSink& sink)
-    : outer_(std::exchange(t_current, &sink)) {}
-CancellationScope::~CancellationScope() { t_current = outer_; }
-
-const ProgressSink* CancellationScope::Current() { return t_current; }
 
 std::size_t TaskPart::TasksOf(std::size_t tasks) const {
   return index < tasks ? (tasks - index - 1) / count + 1 : 0;

@@ -22,6 +22,13 @@ std::string Print(const char* format, Values... values) {
 
 std::string Digits(double value, int digits) { return Print("%.*g", digits, value); }
 
+std::string Mebibytes(double bytes) {
+  const double mib = bytes / 1048576.0;
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), mib < 10.0 ? "%.1f" : "%.0f", mib);
+  return text.data();
+}
+
 std::string ValueWithSigma(double value, double sigma) {
   if (!(sigma > 0.0) || !std::isfinite(value) || !std::isfinite(sigma)) return Digits(value, 6);
   const int second_digit = static_cast<int>(std::floor(std::log10(sigma))) - 1;

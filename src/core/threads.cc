@@ -42,6 +42,28 @@ void ParallelForChunks(std::size_t count,
   if (context.is_group_execution_cancelled()) throw Interrupted("a loop over points");
 }
 
+namespace {
+
+thread_local const ProgressSink* t_sink = nullptr;
+
+}  // namespace
+
+CancellationScope::CancellationScope(const ProgressSink* sink)
+    : outer_(std::exchange(t_sink, sink != nullptr ? sink : t_sink)) {}
+CancellationScope::~CancellationScope() { t_sink = outer_; }
+
+const ProgressSink* CancellationScope::Current() { return t_sink; }
+
+void RunInLibrary(int threads, const ProgressSink* sink, const std::function<void()>& work) {
+  const CancellationScope scope(sink);
+  if (threads <= 0 || threads >= ThreadsAllowed()) {
+    RunIsolated(work);  // a loop of the caller may have begun this
+    return;
+  }
+  tbb::task_arena arena(threads);
+  arena.execute(work);
+}
+
 struct ThreadLimit::Impl {
   explicit Impl(std::size_t threads)
       : control(tbb::global_control::max_allowed_parallelism, threads) {}
@@ -56,9 +78,10 @@ ThreadLimit::~ThreadLimit() = default;
 int AvailableCores() { return std::max(1, tbb::info::default_concurrency()); }
 
 int ThreadsAllowed() {
-  const std::size_t most =
+  const std::size_t process =
       tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
-  return std::max(1, static_cast<int>(std::min(most, static_cast<std::size_t>(AvailableCores()))));
+  const int arena = tbb::this_task_arena::max_concurrency();
+  return std::max(1, std::min({static_cast<int>(process), arena, AvailableCores()}));
 }
 
 PiecesOfRank PiecesOf(std::size_t count, int rank, int ranks) {

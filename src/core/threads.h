@@ -11,6 +11,7 @@
 #include <initializer_list>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <type_traits>
@@ -21,14 +22,44 @@
 
 namespace sarblock {
 
-/// Calls work(chunk, begin, end) for the pieces of [0, count) of `chunk_size` each, on the threads
-/// ThreadLimit allows. Pieces do not depend on the number of threads, so results summed by
+/// Calls work(chunk, begin, end) for the pieces of [0, count) of `chunk_size` each, on
+/// ThreadsAllowed() threads. Pieces do not depend on the number of threads, so results summed by
 /// piece and then in order of pieces do not either. The first exception is rethrown here.
 void ParallelForChunks(std::size_t count,
                        std::size_t chunk_size,
                        const std::function<void(std::size_t, std::size_t, std::size_t)>& work);
 
-/// Limits the threads of ParallelForChunks while it lives; 0 means all cores.
+/// While one of these lives, ParallelForChunks() asks `sink` before every chunk whether to stop, in
+/// loops that this thread begins, and throws Interrupted then: who waits at a terminal need not
+/// wait for the end of a loop over a million points. Null: the sink of the scope outside, if any.
+class CancellationScope {
+ public:
+  explicit CancellationScope(const ProgressSink* sink);
+  ~CancellationScope();
+  CancellationScope(const CancellationScope&) = delete;
+  CancellationScope& operator=(const CancellationScope&) = delete;
+
+  /// The sink of the innermost scope of this thread; null without one.
+  [[nodiscard]] static const ProgressSink* Current();
+
+ private:
+  const ProgressSink* outer_;
+};
+
+/// Runs the work of a public function: loops of this thread take at most `threads` threads
+/// meanwhile (0, or more than it has: as many as it has) and ask `sink`, unless it is null, whether
+/// to stop. Nothing else in the process is limited: it is a task arena of TBB. Returns what `work`
+/// returns, throws what it throws.
+void RunInLibrary(int threads, const ProgressSink* sink, const std::function<void()>& work);
+template <typename Work>
+[[nodiscard]] auto CallInLibrary(int threads, const ProgressSink* sink, const Work& work) {
+  std::optional<decltype(work())> result;
+  RunInLibrary(threads, sink, [&] { result.emplace(work()); });
+  return std::move(*result);
+}
+
+/// Limits the threads of the whole process while it lives, for programs, whose process is theirs; 0
+/// means all cores. More threads than cores are possible.
 class ThreadLimit {
  public:
   explicit ThreadLimit(int threads);
@@ -114,10 +145,10 @@ void ForChunksOfRanks(std::size_t count,
 /// A pipeline of three stages over a sequence of items, at most `at_once` of them in memory, in
 /// places 0 to at_once - 1: `next(place)` makes an item, or returns false after the last one,
 /// `work(place)` processes it, `take(place)` ends it. `next` and `take` run one call at a time, in
-/// the order of the items, while other items are in `work` on the threads that ThreadLimit
-/// allows. An exception of `next` or `work` is rethrown here in place of `take`, when the items
-/// before it are taken: an error does not depend on the number of threads. Throws Interrupted if
-/// the sink of CancellationScope asks for it.
+/// the order of the items, while other items are in `work` on ThreadsAllowed() threads. An
+/// exception of `next` or `work` is rethrown here in place of `take`, when the items before it are
+/// taken: an error does not depend on the number of threads. Throws Interrupted if the sink of
+/// CancellationScope asks for it.
 void PipeInOrder(std::size_t at_once,
                  const std::function<bool(std::size_t)>& next,
                  const std::function<void(std::size_t)>& work,

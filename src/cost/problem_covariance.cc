@@ -109,15 +109,16 @@ struct ProblemCovariance::Impl {
        const ProblemCovarianceOptions& asked)
       : name(asked.name), point_count(0) {
     const dense::BlasThreadsKept kept;
-    const ThreadLimit limit(asked.threads);
     List(problem, asked_points);
-    ceres::CRSMatrix jacobian = Evaluate(problem, asked);
-    row_count = static_cast<std::size_t>(jacobian.num_rows);
-    SortRows(jacobian);
-    Connect(jacobian);
-    Eliminate(jacobian);
-    jacobian = {};
-    Invert();
+    RunInLibrary(asked.threads, nullptr, [&] {
+      ceres::CRSMatrix jacobian = Evaluate(problem, asked);
+      row_count = static_cast<std::size_t>(jacobian.num_rows);
+      SortRows(jacobian);
+      Connect(jacobian);
+      Eliminate(jacobian);
+      jacobian = {};
+      Invert();
+    });
     name = nullptr;
   }
 

@@ -200,7 +200,7 @@ class Diagnosing {
       sample = TakeSample(block_, progress_);
     }
     corrections_ = RestrictToObservedPasses(sample.block, std::move(corrections_));
-    const Work work(block_, sample.block, bounds_);
+    const Work work(block_, sample.block, bounds_.adjustments);
     Trials trials(sample.block, corrections_, work, progress_);
     Fit before = trials.SolveGiven();
     const PriorSums priors = PriorsOf(trials.given(), corrections_, before);
@@ -572,8 +572,9 @@ Diagnosis Diagnose(const Block& block,
                    const AdjustOptions& options,
                    ProgressSink* progress,
                    const DiagnosisBounds& bounds) {
-  const ThreadLimit limit(options.threads);
-  return Diagnosing(block, options, bounds, progress).Run();
+  return CallInLibrary(options.threads, progress, [&] {
+    return Diagnosing(block, options, bounds, progress).Run();
+  });
 }
 
 std::optional<Diagnosis> ExplainFailure(const Block& block,
@@ -581,7 +582,7 @@ std::optional<Diagnosis> ExplainFailure(const Block& block,
                                         const std::vector<std::string>& warnings,
                                         AdjustResult* result,
                                         ProgressSink* progress) {
-  if (!options.diagnose || result->assessment.verdict == Verdict::kAccepted) return std::nullopt;
+  if (result->assessment.verdict == Verdict::kAccepted) return std::nullopt;
   Diagnosis diagnosis = Diagnose(block, options, progress);
   for (const std::string& remark : RemarksBeside(warnings, diagnosis)) Warn(result, remark);
   const std::vector<std::string> causes = diagnosis.Sentences();

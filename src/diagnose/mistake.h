@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sarblock/block/block.h"
-#include "sarblock/diagnose/diagnosis.h"
+#include "sarblock/model/result.h"
 
 #include <cstddef>
 #include <functional>

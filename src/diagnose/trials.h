@@ -3,8 +3,8 @@
 
 #include "sarblock/block/block.h"
 #include "sarblock/core/progress.h"
-#include "sarblock/diagnose/diagnosis.h"
 #include "sarblock/model/options.h"
+#include "sarblock/model/result.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -110,9 +110,9 @@ class Work {
  public:
   enum class Start { kCold, kWarm };
 
-  /// At most so many adjustments of a block, of which a sample is solved.
-  Work(const Block& block, const Block& sample, const DiagnosisBounds& bounds)
-      : most_looks_(bounds.adjustments *
+  /// At most so many `adjustments` of a block, of which a sample is solved.
+  Work(const Block& block, const Block& sample, double adjustments)
+      : most_looks_(adjustments *
                     std::max(kFormedByAdjustment * static_cast<double>(block.looks.size()),
                              kMinSampleLooks * static_cast<double>(sample.looks.size()))) {}
 

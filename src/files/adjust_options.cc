@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/files/adjust_options.h"
-
 #include "sarblock/core/id_table.h"
+#include "sarblock/files/block_file.h"
 #include "sarblock/model/result.h"
 
 #include <algorithm>
@@ -11,13 +10,14 @@
 
 #include "core/text.h"
 #include "correction_options.h"
+#include "model/priors.h"
 #include "tables/toml.h"
 
 namespace sarblock {
 namespace {
 
 struct OptionReading {
-  AdjustOptions options;
+  AdjustTable options;
   const std::vector<std::string>& pass_ids;
 };
 
@@ -27,7 +27,7 @@ struct OptionUse {
   void (*read)(const AdjustOption& option,
                const TomlValue& value,
                OptionReading* reading) = nullptr;
-  std::string (*dump)(const AdjustOption& option, const AdjustOptions& options) = nullptr;
+  std::string (*dump)(const AdjustOption& option, const AdjustTable& options) = nullptr;
 };
 struct OptionRow {
   AdjustOption option;
@@ -70,7 +70,7 @@ void ReadChoice(const AdjustOption& option, const TomlValue& value, OptionReadin
       static_cast<std::remove_reference_t<decltype(choice)>>(value.OneOf(NamesOf(option.allowed)));
 }
 template <auto... kMembers>
-std::string DumpChoice(const AdjustOption& option, const AdjustOptions& options) {
+std::string DumpChoice(const AdjustOption& option, const AdjustTable& options) {
   return TomlText(NamesOf(option.allowed)[static_cast<std::size_t>(At<kMembers...>(options))]);
 }
 template <auto... kMembers>
@@ -81,11 +81,11 @@ void ReadPositive(const AdjustOption&, const TomlValue& value, OptionReading* re
   At<kMembers...>(reading->options) = value.Positive();
 }
 template <auto... kMembers>
-std::string DumpNumber(const AdjustOption&, const AdjustOptions& options) {
+std::string DumpNumber(const AdjustOption&, const AdjustTable& options) {
   return NumberText(At<kMembers...>(options));
 }
 template <auto... kMembers>
-std::string DumpAboveZero(const AdjustOption& option, const AdjustOptions& options) {
+std::string DumpAboveZero(const AdjustOption& option, const AdjustTable& options) {
   return At<kMembers...>(options) > 0.0 ? DumpNumber<kMembers...>(option, options) : "";
 }
 template <auto... kMembers>
@@ -106,7 +106,7 @@ void ReadInteger(const AdjustOption&, const TomlValue& value, OptionReading* rea
   At<kMembers...>(reading->options) = value.Integer(kLowest, kHighest);
 }
 template <auto... kMembers>
-std::string DumpInteger(const AdjustOption&, const AdjustOptions& options) {
+std::string DumpInteger(const AdjustOption&, const AdjustTable& options) {
   return std::to_string(At<kMembers...>(options));
 }
 template <int kLowest, int kHighest, auto... kMembers>
@@ -117,7 +117,7 @@ void ReadFlag(const AdjustOption&, const TomlValue& value, OptionReading* readin
   At<kMembers...>(reading->options) = value.Flag();
 }
 template <auto... kMembers>
-std::string DumpFlag(const AdjustOption&, const AdjustOptions& options) {
+std::string DumpFlag(const AdjustOption&, const AdjustTable& options) {
   return At<kMembers...>(options) ? "true" : "false";
 }
 template <auto... kMembers>
@@ -126,7 +126,7 @@ constexpr OptionUse kFlag{ReadFlag<kMembers...>, DumpFlag<kMembers...>};
 const std::vector<std::string> kPairNames{"none", "neighbours", "all"};
 
 void ReadPairs(const AdjustOption&, const TomlValue& value, OptionReading* reading) {
-  AdjustOptions& options = reading->options;
+  AdjustTable& options = reading->options;
   const std::string text = value.Text();
   if (text.ends_with(".csv") || text.ends_with(".csv.gz")) {
     options.pairs = PairChoice::kList;
@@ -140,7 +140,7 @@ void ReadPairs(const AdjustOption&, const TomlValue& value, OptionReading* readi
   }
   options.pairs = static_cast<PairChoice>(found - kPairNames.begin());
 }
-std::string DumpPairs(const AdjustOption&, const AdjustOptions& options) {
+std::string DumpPairs(const AdjustOption&, const AdjustTable& options) {
   return TomlText(options.pairs == PairChoice::kList
                       ? options.pairs_file
                       : kPairNames[static_cast<std::size_t>(options.pairs)]);
@@ -149,7 +149,7 @@ std::string DumpPairs(const AdjustOption&, const AdjustOptions& options) {
 void ReadDatumPoints(const AdjustOption&, const TomlValue& value, OptionReading* reading) {
   for (const TomlValue& id : value.Entries()) reading->options.datum_points.push_back(id.Text());
 }
-std::string DumpDatumPoints(const AdjustOption&, const AdjustOptions& options) {
+std::string DumpDatumPoints(const AdjustOption&, const AdjustTable& options) {
   return options.datum_points.empty() ? "" : IdsText(options.datum_points);
 }
 
@@ -161,7 +161,7 @@ void ReadVarianceGroups(const AdjustOption&, const TomlValue& value, OptionReadi
     if (ids.empty()) group.Fail("is empty, at least one pass id is needed");
   }
 }
-std::string DumpVarianceGroups(const AdjustOption&, const AdjustOptions& options) {
+std::string DumpVarianceGroups(const AdjustOption&, const AdjustTable& options) {
   std::vector<std::string> groups;
   for (const std::vector<std::string>& ids : options.variance_groups) {
     groups.push_back(IdsText(ids));
@@ -172,7 +172,7 @@ std::string DumpVarianceGroups(const AdjustOption&, const AdjustOptions& options
 void ReadSeed(const AdjustOption&, const TomlValue& value, OptionReading* reading) {
   reading->options.montecarlo_seed = value.Count();
 }
-std::string DumpSeed(const AdjustOption&, const AdjustOptions& options) {
+std::string DumpSeed(const AdjustOption&, const AdjustTable& options) {
   return std::to_string(options.montecarlo_seed);
 }
 
@@ -187,7 +187,7 @@ void ReadTolerance(const AdjustOption&, const TomlValue& value, OptionReading* r
 void ReadRejections(const AdjustOption&, const TomlValue& value, OptionReading* reading) {
   reading->options.rejections_file = value.Text();
 }
-std::string DumpRejections(const AdjustOption&, const AdjustOptions& options) {
+std::string DumpRejections(const AdjustOption&, const AdjustTable& options) {
   return options.rejections_file.empty() ? "" : TomlText(options.rejections_file);
 }
 
@@ -195,10 +195,10 @@ void ReadCandidates(const AdjustOption&, const TomlValue& value, OptionReading* 
   if (!reading->options.groups.empty()) {
     value.Fail("excludes correction tables, which would be the candidates; give one of both");
   }
-  std::vector<std::size_t>& kinds = reading->options.selection.kinds;
+  std::vector<CorrectionKind>& kinds = reading->options.selection.kinds;
   kinds.clear();
   for (const TomlValue& entry : value.Entries()) {
-    const std::size_t kind = entry.OneOf(CorrectionKinds());
+    const auto kind = static_cast<CorrectionKind>(entry.OneOf(CorrectionKinds()));
     if (std::find(kinds.begin(), kinds.end(), kind) != kinds.end()) {
       entry.Fail("is given twice");
     }
@@ -209,10 +209,12 @@ void ReadCandidates(const AdjustOption&, const TomlValue& value, OptionReading* 
   }
   std::sort(kinds.begin(), kinds.end());
 }
-std::string DumpCandidates(const AdjustOption&, const AdjustOptions& options) {
+std::string DumpCandidates(const AdjustOption&, const AdjustTable& options) {
   if (!options.groups.empty()) return "";
   std::vector<std::string> kinds;
-  for (const std::size_t kind : options.selection.kinds) kinds.push_back(CorrectionKinds()[kind]);
+  for (const CorrectionKind kind : options.selection.kinds) {
+    kinds.push_back(CorrectionKinds()[static_cast<std::size_t>(kind)]);
+  }
   return IdsText(kinds);
 }
 
@@ -224,7 +226,7 @@ void ReadSpacings(const AdjustOption&, const TomlValue& value, OptionReading* re
                std::to_string(SelectionOptions::kMaxSpacings) + " are allowed");
   }
 }
-std::string DumpSpacings(const AdjustOption&, const AdjustOptions& options) {
+std::string DumpSpacings(const AdjustOption&, const AdjustTable& options) {
   if (!options.selection.knot_spacings_s) return "";
   std::vector<std::string> spacings;
   for (const double s : *options.selection.knot_spacings_s) spacings.push_back(NumberText(s));
@@ -306,7 +308,7 @@ const std::array kOptions = std::to_array<OptionRow>({
    kPart<&AdjustOptions::test_level>},
   {{"diagnose", "flag", "true, false", "true",
    "Look for the mistake behind a block that is not accepted, fails a test or cannot be solved."},
-   kFlag<&AdjustOptions::diagnose>},
+   kFlag<&AdjustTable::diagnose>},
   {{"rejections", "text", "a CSV file with columns pass, point, rejected", "none",
    "Looks to leave out beside those of the block, such as residuals.csv of an earlier result."},
    {ReadRejections, DumpRejections}},
@@ -407,7 +409,7 @@ void ReadSelection(const AdjustOption&, const TomlValue& value, OptionReading* r
   ReadSection(TomlTable(value), "selection.", reading);
 }
 
-std::string DumpSection(std::string_view prefix, const AdjustOptions& options) {
+std::string DumpSection(std::string_view prefix, const AdjustTable& options) {
   std::string text;
   for (const OptionRow& row : kOptions) {
     const std::string_view key = KeyWithin(row.option.key, prefix);
@@ -437,14 +439,15 @@ std::span<const AdjustOption> AdjustOptionTable() {
   return options;
 }
 
-std::string NameOfChoice(std::string_view key, const AdjustOptions& options) {
+std::string NameOfChoice(std::string_view key, const AdjustTable& options) {
   const OptionRow& row = RowOf(key);
   const std::string text = row.use.dump(row.option, options);
   return text.substr(1, text.size() - 2);  // without its quotes
 }
 
-AdjustOptions ReadAdjust(const TomlTable& block_toml, const std::vector<std::string>& pass_ids) {
+AdjustTable ReadAdjust(const TomlTable& block_toml, const std::vector<std::string>& pass_ids) {
   OptionReading reading{{}, pass_ids};
+  reading.options.corrections = CorrectionChoice::kNone;  // unless tables stand below
   const auto given = block_toml.Find("adjust");
   if (!given) return reading.options;
   const TomlTable table(*given);
@@ -456,7 +459,7 @@ AdjustOptions ReadAdjust(const TomlTable& block_toml, const std::vector<std::str
   ReadSection(table, "", &reading);
   if (const auto prior = table.Find("prior")) {
     const TomlTable tables(*prior);
-    AdjustOptions& options = reading.options;
+    AdjustTable& options = reading.options;
     options.priors = ReadPriors(tables);
     RequireFitting(tables, pass_ids, options.groups, options.priors);
     if (!options.priors.empty() && options.corrections == CorrectionChoice::kAuto) {
@@ -466,16 +469,16 @@ AdjustOptions ReadAdjust(const TomlTable& block_toml, const std::vector<std::str
   return reading.options;
 }
 
-AdjustOptions ReadAdjustTable(std::string_view toml_text,
-                              const std::string& file,
-                              const std::vector<std::string>& pass_ids,
-                              const std::vector<std::string>& overrides) {
+AdjustTable ReadAdjustTable(std::string_view toml_text,
+                            const std::string& file,
+                            const std::vector<std::string>& pass_ids,
+                            const std::vector<std::string>& overrides) {
   toml::table table = ParseToml(toml_text, file);
   ApplyOverrides(overrides, &table);
   return ReadAdjust(TomlTable(table, ""), pass_ids);
 }
 
-std::string DumpAdjustTable(const AdjustOptions& options) {
+std::string DumpAdjustTable(const AdjustTable& options) {
   std::string text = "[adjust]\n" + DumpSection("", options);
   text += "[adjust.quality]\n" + DumpSection("quality.", options);
   if (options.corrections == CorrectionChoice::kAuto) {

@@ -3,7 +3,6 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/core/id_table.h"
-#include "sarblock/files/adjust_options.h"
 #include "sarblock/files/block_file.h"
 #include "sarblock/geometry/path.h"
 
@@ -17,6 +16,7 @@
 #include "block/plausibility.h"
 #include "block/read_recorded.h"
 #include "core/text.h"
+#include "core/threads.h"
 #include "correction_options.h"
 #include "tables/open.h"
 #include "tables/toml.h"
@@ -118,7 +118,7 @@ void WarnOfRejectedPasses(BlockReading* reading) {
 }
 
 /// Whether there are corrections of the path, all of them shared by the two passes.
-bool SharePathCorrections(const AdjustOptions& options,
+bool SharePathCorrections(const AdjustTable& options,
                           const std::string& pass_a,
                           const std::string& pass_b) {
   std::size_t shared = 0;
@@ -162,7 +162,7 @@ BlockFile ReadBlockFrom(const TableSource& source, const ReadOptions& options) {
   for (std::string& remark : ExaminePlausibility(reading.result.block)) {
     reading.result.warnings.push_back(std::move(remark));
   }
-  const AdjustOptions& adjust = reading.result.adjust;
+  const AdjustTable& adjust = reading.result.adjust;
   for (std::string& remark :
        FindSameFlights(reading.result.block, [&](std::size_t a, std::size_t b) {
          return SharePathCorrections(
@@ -178,6 +178,7 @@ BlockFile ReadBlockFrom(const TableSource& source, const ReadOptions& options) {
 }
 
 BlockFile ReadBlock(const std::filesystem::path& folder, const ReadOptions& options) {
+  const CancellationScope scope(options.progress);
   return ReadBlockFrom(*TablesAt(folder, FolderContent::kBlock), options);
 }
 

@@ -122,7 +122,7 @@ namespace {
 
 /// Whether the block asks for corrections of the kind of this parameter, such as "range.bias", of
 /// a pass: `auto` tries all of them.
-bool Corrects(const AdjustOptions& options, const std::string& pass, std::string_view parameter) {
+bool Corrects(const AdjustTable& options, const std::string& pass, std::string_view parameter) {
   if (options.corrections != CorrectionChoice::kGiven) {
     return options.corrections == CorrectionChoice::kAuto;
   }

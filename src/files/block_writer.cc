@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/error.h"
-#include "sarblock/files/adjust_options.h"
 #include "sarblock/files/block_file.h"
 #include "sarblock/tables/output.h"
 
@@ -82,7 +81,7 @@ std::string FrameText(const Frame& frame) {
          ", f = " + NumberText(ellipsoid.flattening) + " }\n";
 }
 
-std::string BlockTomlText(const Block& block, const AdjustOptions& adjust) {
+std::string BlockTomlText(const Block& block, const AdjustTable& adjust) {
   std::string text = "format = \"sarblock-block 1\"\nname = " + TomlText(block.name) + "\n";
   const bool one_trajectory =
       !block.passes.empty() &&
@@ -289,7 +288,7 @@ IdTable PassIds(const Block& block) {
 
 void WriteBlock(const fs::path& target,
                 const Block& block,
-                const AdjustOptions& adjust,
+                const AdjustTable& adjust,
                 const Truth* truth,
                 Compression compression) {
   const IdTable passes = PassIds(block);

@@ -45,9 +45,9 @@ void RequireFitting(const TomlTable& table,
 std::string DumpPriors(const std::vector<JointPrior>& priors);
 
 /// The `[adjust]` table of a parsed block file.
-AdjustOptions ReadAdjust(const TomlTable& block_toml, const std::vector<std::string>& pass_ids);
+AdjustTable ReadAdjust(const TomlTable& block_toml, const std::vector<std::string>& pass_ids);
 
 /// The name of the value that an option of type text has: "covariance", "quality.test".
-std::string NameOfChoice(std::string_view key, const AdjustOptions& options);
+std::string NameOfChoice(std::string_view key, const AdjustTable& options);
 
 }  // namespace sarblock

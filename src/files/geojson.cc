@@ -70,11 +70,10 @@ class Features {
     ErrorEllipse ellipse;
     if (sigmas) {
       const SymmetricEnu& c = points.covariance_m2[i];
-      const double factor = content_.covariance_factor;
-      ellipse = EllipseOf(c, scale_ * std::sqrt(factor));
-      AppendProperty("sigma_e_m", std::sqrt(factor * c[0]), text);
-      AppendProperty("sigma_n_m", std::sqrt(factor * c[1]), text);
-      AppendProperty("sigma_u_m", std::sqrt(factor * c[2]), text);
+      ellipse = EllipseOf(c, scale_);
+      AppendProperty("sigma_e_m", std::sqrt(c[0]), text);
+      AppendProperty("sigma_n_m", std::sqrt(c[1]), text);
+      AppendProperty("sigma_u_m", std::sqrt(c[2]), text);
       AppendEllipse(ellipse, text);
     }
     Check(i, text);

@@ -25,7 +25,6 @@ struct GeoJsonContent {
   const IdTable& ids;
   const std::vector<PointRole>& role;
   const PointResults& points;
-  double covariance_factor = 1.0;
   bool polygons = true;  ///< error ellipses as polygons, 1.2 kB each
   /// Probability of the ellipses drawn; none: the standard ellipse.
   std::optional<double> confidence = {};

@@ -13,6 +13,7 @@
 
 #include "block_reader.h"
 #include "core/text.h"
+#include "core/threads.h"
 #include "geojson.h"
 #include "result_tables.h"
 #include "tables/json.h"
@@ -64,6 +65,7 @@ ResultFile ReadResultFrom(const TableSource& source, const ReadResultOptions& op
 }  // namespace
 
 ResultFile ReadResult(const std::filesystem::path& folder, const ReadResultOptions& options) {
+  const CancellationScope scope(options.progress);
   return ReadResultFrom(*TablesAt(folder, FolderContent::kResult), options);
 }
 

@@ -39,10 +39,8 @@ void WriteLeberl(const PointResults& points, std::size_t i, NewRow* row) {
 }
 
 /// Of the first three elements of a covariance.
-Triple Sigmas(const SymmetricEnu& covariance_m2, double factor) {
-  return {std::sqrt(factor * covariance_m2[0]),
-          std::sqrt(factor * covariance_m2[1]),
-          std::sqrt(factor * covariance_m2[2])};
+Triple Sigmas(const SymmetricEnu& covariance_m2) {
+  return {std::sqrt(covariance_m2[0]), std::sqrt(covariance_m2[1]), std::sqrt(covariance_m2[2])};
 }
 
 constexpr std::array<const char*, 3> kComponents = {"e", "n", "u"};
@@ -106,9 +104,8 @@ void WritePointRow(const ResultView& view, std::uint32_t i, Batch* batch) {
   }
   if (!points.covariance_m2.empty()) {
     const SymmetricEnu& c = points.covariance_m2[i];
-    row.Numbers(kColumns("sigma_e_m", "sigma_n_m", "sigma_u_m"), Sigmas(c, view.factor));
-    row.Numbers(kColumns("cov_en_m2", "cov_eu_m2", "cov_nu_m2"),
-                Triple{view.factor * c[3], view.factor * c[4], view.factor * c[5]});
+    row.Numbers(kColumns("sigma_e_m", "sigma_n_m", "sigma_u_m"), Sigmas(c));
+    row.Numbers(kColumns("cov_en_m2", "cov_eu_m2", "cov_nu_m2"), Triple{c[3], c[4], c[5]});
   }
   if (!points.intersection_rad.empty()) {
     row.Number(kColumns("intersection_deg"), points.intersection_rad[i] * kDegPerRad);
@@ -118,9 +115,8 @@ void WritePointRow(const ResultView& view, std::uint32_t i, Batch* batch) {
   WriteCheck(view, i, &row);
   if (!points.fixed_path_covariance_m2.empty()) {
     const SymmetricEnu& c = points.fixed_path_covariance_m2[i];
-    row.Numbers(kColumns("sigma_held_e_m", "sigma_held_n_m", "sigma_held_u_m"),
-                Sigmas(c, view.factor));
-    row.Number(kColumns("cov_held_en_m2"), view.factor * c[3]);
+    row.Numbers(kColumns("sigma_held_e_m", "sigma_held_n_m", "sigma_held_u_m"), Sigmas(c));
+    row.Number(kColumns("cov_held_en_m2"), c[3]);
   }
   if (!points.reason.empty()) row.Text(kColumns("reason"), points.reason[i]);
 }
@@ -164,8 +160,7 @@ void WriteParameterTable(TableSink* sink, const ResultView& view) {
   const auto table = sink->Open("passes", kColumns);
   const std::vector<PriorTest> priors = TestsOfPriors(view.result);
   WriteEach(priors.size(), table.get(), [&](std::size_t i, Batch* batch) {
-    ParameterResult parameter = view.result.parameters[i];
-    parameter.sigma *= std::sqrt(view.factor);
+    const ParameterResult& parameter = view.result.parameters[i];
     NewRow(batch)
         .Text(kColumns("pass"), parameter.owner)
         .Text(kColumns("parameter"), parameter.name)
@@ -238,7 +233,7 @@ void WriteParameterCovariance(TableSink* sink, const ResultView& view) {
         .Text(kColumns("parameter_a"), a.name)
         .Text(kColumns("pass_b"), b.owner)
         .Text(kColumns("parameter_b"), b.name)
-        .Number(kColumns("covariance"), view.factor * entries[i].covariance);
+        .Number(kColumns("covariance"), entries[i].covariance);
   });
   table->Commit();
 }
@@ -249,13 +244,11 @@ void WritePairTable(TableSink* sink, const ResultView& view) {
   const std::vector<PairResult>& pairs = view.result.pairs;
   WriteEach(pairs.size(), table.get(), [&](std::size_t i, Batch* batch) {
     const PairResult& pair = pairs[i];
-    SymmetricEnu covariance_m2 = pair.covariance_m2;
-    for (double& element_m2 : covariance_m2) element_m2 *= view.factor;
     NewRow(batch)
         .Id(kColumns("point_a"), view.block.points.ids, pair.a)
         .Id(kColumns("point_b"), view.block.points.ids, pair.b)
         .Numbers(kColumns("de_m", "dn_m", "du_m"), pair.difference_enu_m)
-        .Numbers(kPairCovariance, covariance_m2)
+        .Numbers(kPairCovariance, pair.covariance_m2)
         .Number(kColumns("sigma_leberl_across_m"), pair.sigma_leberl_across_m)
         .Number(kColumns("sigma_leberl_up_m"), pair.sigma_leberl_up_m)
         .Number(kColumns("sigma_leberl_path_across_m"), pair.sigma_leberl_path_across_m)
@@ -267,7 +260,7 @@ void WritePairTable(TableSink* sink, const ResultView& view) {
 void WriteControlTable(TableSink* sink, const ResultView& view) {
   constexpr const auto& kColumns = kControlColumns;
   const auto table = sink->Open("control_quality", kColumns);
-  const BlunderSizes sizes(view.block, view.options, view.result, view.factor);
+  const BlunderSizes sizes(view.block, view.options, view.result, view.result.posterior_factor);
   const std::vector<ControlQuality>& qualities = view.result.control_quality;
   WriteEach(qualities.size(), table.get(), [&](std::size_t i, Batch* batch) {
     const ControlQuality& control = qualities[i];
@@ -293,7 +286,7 @@ void WriteStripTable(TableSink* sink, const ResultView& view) {
   WriteEach(strips.size(), table.get(), [&](std::size_t i, Batch* batch) {
     const StripStation& station = strips[i];
     const bool left = view.block.passes[station.pass].side == LookSide::kLeft;
-    const Eigen::Vector3d sigma_m = std::sqrt(view.factor) * station.correction_sigma_m;
+    const Eigen::Vector3d& sigma_m = station.correction_sigma_m;
     NewRow(batch)
         .Id(kColumns("pass"), view.pass_ids, station.pass)
         .Text(kColumns("look"), left ? "left" : "right")
@@ -362,7 +355,7 @@ void WriteResidualTable(TableSink* sink, const ResultView& view) {
   const auto table =
       sink->Open("residuals", kColumns, std::span(kOfImages).first(image ? 0 : kOfImages.size()));
   const LookResults& looks = view.result.looks;
-  const BlunderSizes sizes(view.block, view.options, view.result, view.factor);
+  const BlunderSizes sizes(view.block, view.options, view.result, view.result.posterior_factor);
   const std::vector<std::uint32_t> finding = FindingOfLook(view);
   const auto write_look = [&](std::size_t i, std::size_t point, Batch* batch) {
     NewRow row(batch);

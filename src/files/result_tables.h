@@ -16,7 +16,6 @@ struct ResultView {
   const IdTable& pass_ids;
   const AdjustOptions& options;
   const AdjustResult& result;
-  double factor = 1.0;  ///< on covariances
 };
 
 /// "score", "wald" or nothing.

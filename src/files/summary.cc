@@ -2,7 +2,7 @@
 #include "summary.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/block_file.h"
 #include "sarblock/files/result.h"
 #include "sarblock/tables/output.h"
 
@@ -111,7 +111,7 @@ Json Counts(const Block& block, const AdjustResult& result) {
   return counts;
 }
 
-Json ChiSquare(const AdjustOptions& options, const AdjustResult& result) {
+Json ChiSquare(const AdjustTable& options, const AdjustResult& result) {
   if (std::isnan(result.sigma0_squared)) return nullptr;
   return {{"value", result.sigma0_squared * result.test_redundancy},
           {"redundancy", result.test_redundancy},
@@ -177,7 +177,7 @@ Json Stages(std::initializer_list<const std::vector<StageCost>*> lists) {
 }
 
 std::string Summary(const Block& block,
-                    const AdjustOptions& options,
+                    const AdjustTable& options,
                     const AdjustResult& result,
                     const ResultContext& context,
                     const std::vector<StageCost>& written,
@@ -190,7 +190,7 @@ std::string Summary(const Block& block,
   summary["status"] = NameOf(result.status);
   summary["verdict"] = NameOf(result.assessment.verdict);
   summary["verdict_reasons"] = result.assessment.reasons;
-  summary["accepted"] = result.accepted();
+  summary["accepted"] = result.usable();
   summary["frame"] = FrameJson(block.frame);
   summary["passes"] = PassesJson(block);
   summary["counts"] = Counts(block, result);
@@ -229,7 +229,7 @@ std::string Summary(const Block& block,
 }  // namespace
 
 std::string SummaryJson(const Block& block,
-                        const AdjustOptions& options,
+                        const AdjustTable& options,
                         const AdjustResult& result,
                         const ResultContext& context) {
   return Summary(block, options, result, context, {}, {});
@@ -279,7 +279,7 @@ void WriteResultTables(TableSink* sink, const ResultView& view, std::size_t elli
   WriteStripTable(sink, view);
   WriteResidualTable(sink, view);
   if (!result.control_quality.empty()) WriteControlTable(sink, view);
-  if (view.options.pairs != PairChoice::kNone) WritePairTable(sink, view);
+  if (view.options.pairs != PairChoice::kNone || !result.pairs.empty()) WritePairTable(sink, view);
   if (result.montecarlo) WriteMonteCarloTable(sink, view);
   if (result.corrected_paths.empty()) {
     WritePaths(sink, "trajectories", view.pass_ids, NominalPaths(block));
@@ -294,7 +294,6 @@ void WriteResultTables(TableSink* sink, const ResultView& view, std::size_t elli
                 .ids = block.points.ids,
                 .role = block.points.role,
                 .points = result.points,
-                .covariance_factor = view.factor,
                 .polygons = result.points.status.size() <= ellipse_limit});
 }
 
@@ -302,11 +301,11 @@ void WriteResultTables(TableSink* sink, const ResultView& view, std::size_t elli
 
 std::string WriteResult(const std::filesystem::path& target,
                         const Block& block,
-                        const AdjustOptions& options,
+                        const AdjustTable& options,
                         const AdjustResult& result,
                         const ResultContext& context) {
   const IdTable passes = PassIds(block);
-  const ResultView view{block, passes, options, result, CovarianceFactor(options, result)};
+  const ResultView view{block, passes, options, result};
   ResultContext said = context;
   if (block.frame.kind() == FrameKind::kGeocentric && !NamesContainer(target) &&
       result.points.status.size() > context.ellipse_limit) {
@@ -385,7 +384,7 @@ Json SharesJson(const std::vector<PassShare>& all) {
 
 }  // namespace
 
-Json QualityJson(const Block& block, const AdjustOptions& options, const AdjustResult& result) {
+Json QualityJson(const Block& block, const AdjustTable& options, const AdjustResult& result) {
   const QualitySummary& summary = result.assessment.tests;
   const ReliabilityFigures& figures = summary.figures;
   Json json = {
@@ -480,7 +479,7 @@ Json MeanSection(const RunMean& mean) {
 
 }  // namespace
 
-Json VarianceComponentsSection(const AdjustOptions& options, const AdjustResult& result) {
+Json VarianceComponentsSection(const AdjustTable& options, const AdjustResult& result) {
   const VarianceComponentReport& report = *result.variance_components;
   Json section;
   section["iterations"] = report.iterations;
@@ -538,8 +537,8 @@ void WriteMonteCarloTable(TableSink* sink, const ResultView& view) {
     row.Id(kColumns("point"), view.block.points.ids, static_cast<std::uint32_t>(point));
     std::array<double, 3> sample_m{}, rigorous_m{}, ratio{}, coverage{};
     for (std::size_t i = 0; i < 3; ++i) {
-      sample_m[i] = std::sqrt(view.factor * sample_m2[i]);
-      rigorous_m[i] = std::sqrt(view.factor * rigorous_m2[i]);
+      sample_m[i] = std::sqrt(sample_m2[i]);
+      rigorous_m[i] = std::sqrt(rigorous_m2[i]);
       ratio[i] = std::sqrt(sample_m2[i] / rigorous_m2[i]);
       coverage[i] = static_cast<double>(report.inside[i][point]) / report.runs;
     }
@@ -597,7 +596,7 @@ Json DiagnosisSection(const Diagnosis& diagnosis) {
   return section;
 }
 
-nlohmann::ordered_json ConfigurationJson(const AdjustOptions& options) {
+nlohmann::ordered_json ConfigurationJson(const AdjustTable& options) {
   const toml::table table = toml::parse(DumpAdjustTable(options));
   std::ostringstream text;
   text << toml::json_formatter{*table.get("adjust")};
@@ -625,7 +624,7 @@ nlohmann::ordered_json TablesJson(const std::vector<TableSum>& tables) {
 std::string Sha256OfFile(const std::filesystem::path& file) { return Sha256Of(file); }
 
 std::vector<InputFile> ListInputFiles(const std::filesystem::path& block,
-                                      const AdjustOptions& options) {
+                                      const AdjustTable& options) {
   std::vector<std::filesystem::path> files;
   if (std::filesystem::is_regular_file(block)) {
     files.push_back(block);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/diagnose/diagnosis.h"
 #include "sarblock/files/result.h"
 #include "sarblock/model/options.h"
 #include "sarblock/model/result.h"
@@ -18,13 +17,13 @@ namespace sarblock {
 
 /// The parts `quality`, `snooping` and `check_points` of summary.json.
 [[nodiscard]] nlohmann::ordered_json QualityJson(const Block& block,
-                                                 const AdjustOptions& options,
+                                                 const AdjustTable& options,
                                                  const AdjustResult& result);
 [[nodiscard]] nlohmann::ordered_json SnoopingJson(const Block& block, const SnoopingReport& report);
 [[nodiscard]] nlohmann::ordered_json CheckPointsJson(const CheckSummary& summary, double level);
 
 /// The sections `variance_components` and `montecarlo` of summary.json.
-[[nodiscard]] nlohmann::ordered_json VarianceComponentsSection(const AdjustOptions& options,
+[[nodiscard]] nlohmann::ordered_json VarianceComponentsSection(const AdjustTable& options,
                                                                const AdjustResult& result);
 [[nodiscard]] nlohmann::ordered_json MonteCarloSection(const MonteCarloReport& report);
 
@@ -35,7 +34,7 @@ void WriteMonteCarloTable(TableSink* sink, const ResultView& view);
 [[nodiscard]] nlohmann::ordered_json DiagnosisSection(const Diagnosis& diagnosis);
 
 /// The [adjust] table of a run, key by key, and the number of its threads.
-[[nodiscard]] nlohmann::ordered_json ConfigurationJson(const AdjustOptions& options);
+[[nodiscard]] nlohmann::ordered_json ConfigurationJson(const AdjustTable& options);
 /// Its tables: table, bytes, sha256 of the text of each.
 [[nodiscard]] nlohmann::ordered_json TablesJson(const std::vector<TableSum>& tables);
 /// The files that it read: file, bytes, sha256 each.

@@ -20,6 +20,11 @@ namespace sarblock {
 inline constexpr std::array<const char*, std::variant_size_v<Correction>> kCorrectionKinds = {
     "position", "velocity", "range", "time", "squint", "troposphere"};
 
+/// Why corrections = "auto" refuses joint priors.
+inline constexpr const char* kNoAutomaticPriors =
+    "stands beside corrections = \"auto\", which chooses among corrections with priors that are "
+    "independent; allowed is \"given\", or standard deviations in the correction tables";
+
 /// What a prior says of a parameter, in the unit of the parameter.
 using PriorValue = double;
 

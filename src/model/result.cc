@@ -4,9 +4,14 @@
 #include "sarblock/core/statistics.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <limits>
+#include <string>
 #include <vector>
+
+#include "core/text.h"
 
 namespace sarblock {
 
@@ -117,11 +122,6 @@ bool IsSolved(PointStatus status) {
          status == PointStatus::kPredicted;
 }
 
-double CovarianceFactor(const AdjustOptions& options, const AdjustResult& result) {
-  return options.scale_by_posterior && std::isfinite(result.sigma0_squared) ? result.sigma0_squared
-                                                                            : 1.0;
-}
-
 const char* NameOf(Verdict verdict) {
   switch (verdict) {
     case Verdict::kAccepted:
@@ -139,5 +139,59 @@ void Refuse(AdjustResult* result, const std::string& reason) {
 }
 
 void Warn(AdjustResult* result, const std::string& text) { result->warnings.push_back(text); }
+
+const char* NameOf(MistakeKind kind) {
+  switch (kind) {
+    case MistakeKind::kTime:
+      return "time";
+    case MistakeKind::kRange:
+      return "range";
+    case MistakeKind::kCone:
+      return "cone";
+    case MistakeKind::kPath:
+      return "path";
+    case MistakeKind::kControl:
+      return "control";
+    case MistakeKind::kIds:
+      return "ids";
+    case MistakeKind::kSigma:
+      return "sigma";
+    case MistakeKind::kModel:
+      return "model";
+  }
+  return "";
+}
+
+std::vector<std::string> Diagnosis::Sentences() const {
+  std::vector<std::string> out;
+  for (const Explanation& explanation : explanations) {
+    out.push_back((out.empty() ? "most likely: " : "or: ") + explanation.sentence);
+  }
+  if (out.empty() && !pattern.empty()) {
+    out.push_back("no standard deviation explains it, the residuals are no noise: " + pattern);
+  }
+  return out;
+}
+
+std::string DescribeNeeds(const ResourceNeeds& needs) {
+  const auto work = [](double operations) {
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), "%.1e", operations);
+    return std::string(text.data());
+  };
+  const std::string files =
+      needs.scratch_bytes > 0
+          ? ", " + Mebibytes(static_cast<double>(needs.scratch_bytes)) + " MiB in scratch files"
+          : "";
+  return "memory " + Mebibytes(static_cast<double>(needs.peak_bytes)) + " MiB" + files +
+         " (looks " + Mebibytes(static_cast<double>(needs.looks_bytes)) + ", points " +
+         Mebibytes(static_cast<double>(needs.points_bytes)) + ", S " +
+         Mebibytes(static_cast<double>(needs.matrix_bytes)) + ", partial sums " +
+         Mebibytes(static_cast<double>(needs.partial_sums_bytes)) + ", factor " +
+         Mebibytes(static_cast<double>(needs.factor_bytes)) + ", fronts " +
+         Mebibytes(static_cast<double>(needs.fronts_bytes)) + ", inverse " +
+         Mebibytes(static_cast<double>(needs.inverse_bytes)) + "); operations: S " +
+         work(needs.sum_operations) + ", factor " + work(needs.factor_operations);
+}
 
 }  // namespace sarblock

@@ -193,10 +193,7 @@ py::array StatesView(const py::handle& owner, const std::vector<StateVector>& st
       {static_cast<py::ssize_t>(sizeof(StateVector)), static_cast<py::ssize_t>(sizeof(double))});
 }
 
-py::array Covariances(std::size_t rows,
-                      double factor,
-                      const SymmetricEnu* first,
-                      std::size_t stride) {
+py::array Covariances(std::size_t rows, const SymmetricEnu* first, std::size_t stride) {
   py::array_t<double> out({static_cast<py::ssize_t>(rows), py::ssize_t{3}, py::ssize_t{3}});
   double* to = out.mutable_data();
   constexpr std::array<std::size_t, 9> kElement{0, 3, 4, 3, 1, 5, 4, 5, 2};
@@ -204,7 +201,7 @@ py::array Covariances(std::size_t rows,
   for (std::size_t row = 0; row < rows; ++row, at += stride) {
     SymmetricEnu from;
     std::memcpy(&from, at, sizeof from);
-    for (const std::size_t element : kElement) *to++ = factor * from[element];
+    for (const std::size_t element : kElement) *to++ = from[element];
   }
   return out;
 }

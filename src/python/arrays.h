@@ -79,10 +79,9 @@ template <typename Row>
 [[nodiscard]] pybind11::array StatesView(const pybind11::handle& owner,
                                          const std::vector<StateVector>& states);
 
-/// Matrices (rows, 3, 3) of six numbers each, times `factor`: a copy. `first` is where the first
+/// Matrices (rows, 3, 3) of six numbers each: a copy. `first` is where the first
 /// row has its numbers, the others follow `stride` bytes apart.
 [[nodiscard]] pybind11::array Covariances(std::size_t rows,
-                                          double factor,
                                           const SymmetricEnu* first,
                                           std::size_t stride);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
-#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/block_file.h"
 #include "sarblock/files/scene_file.h"
 #include "sarblock/simulate/simulate.h"
 #include "sarblock/tables/output.h"
@@ -72,10 +72,10 @@ BlockPointer SimulateScene(const std::string& name,
                            const std::vector<std::string>& overrides,
                            int threads,
                            ProgressSink* progress) {
-  const ThreadLimit limit(threads);
   const Scene scene =
       text == nullptr ? ReadScene(name, overrides) : ParseScene(*text, name, overrides);
-  SimulatedBlock simulated = Naming(name, [&] { return Simulate(scene, progress); });
+  SimulatedBlock simulated = CallInLibrary(
+      threads, progress, [&] { return Naming(name, [&] { return Simulate(scene, progress); }); });
   auto data = std::make_shared<BlockData>();
   data->file.adjust = ReadAdjustTable(scene.adjust_toml, name, PassIds(simulated.block));
   data->file.block = std::move(simulated.block);
@@ -85,9 +85,9 @@ BlockPointer SimulateScene(const std::string& name,
   return data;
 }
 
-AdjustOptions OptionsOf(const BlockData& data,
-                        const std::vector<std::string>& overrides,
-                        int threads) {
+AdjustTable OptionsOf(const BlockData& data,
+                      const std::vector<std::string>& overrides,
+                      int threads) {
   std::vector<std::string> all = data.overrides;
   for (const std::string& text : overrides) {
     if (text.starts_with("trajectory.")) {
@@ -96,7 +96,7 @@ AdjustOptions OptionsOf(const BlockData& data,
     }
     all.push_back(text);
   }
-  AdjustOptions options = ReadAdjustTable(data.toml, data.toml_name, PassIds(data.file.block), all);
+  AdjustTable options = ReadAdjustTable(data.toml, data.toml_name, PassIds(data.file.block), all);
   options.threads = threads > 0 ? threads : AvailableCores();
   return options;
 }
@@ -310,7 +310,7 @@ py::dict Check(const std::shared_ptr<BlockData>& data,
                int threads,
                const py::object& progress) {
   const BlockCheck check = RunWork(progress, [&](ProgressSink* sink) {
-    const AdjustOptions options = OptionsOf(*data, overrides, threads);
+    const AdjustTable options = OptionsOf(*data, overrides, threads);
     return Naming(data->path.string(), [&] { return CheckBlock(data->file.block, options, sink); });
   });
   std::vector<std::string> warnings = data->file.warnings;

@@ -2,7 +2,7 @@
 #include "module.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/block_file.h"
 
 #include <exception>
 #include <filesystem>
@@ -42,7 +42,11 @@ void AddExceptions(py::module_* module) {
       "InputError",
       PyExc_ValueError,
       "Input that cannot be used: a file, a table, an array or an option. The message names the "
-      "place, what is wrong and what is allowed, in the words of the command line.");
+      "place, what is wrong and what is allowed, in the words of the command line. Where it is of "
+      "a file or a block: `file`, `line` (0 for the whole file), `field`, `problem`.");
+  const auto input = py::reinterpret_borrow<py::object>(g_exceptions.input);
+  for (const char* name : {"file", "field", "problem"}) input.attr(name) = "";
+  input.attr("line") = 0;
   g_exceptions.undetermined = AddException(
       module,
       "UndeterminedError",
@@ -74,7 +78,13 @@ void Translate(std::exception_ptr pointer) {
   try {
     if (pointer) std::rethrow_exception(pointer);
   } catch (const InputError& error) {
-    Raise(g_exceptions.input, error.what());
+    const auto type = py::reinterpret_borrow<py::object>(g_exceptions.input);
+    const py::object raised = type(TextObject(error.what()));
+    raised.attr("file") = TextObject(error.place().file);
+    raised.attr("line") = error.place().line;
+    raised.attr("field") = TextObject(error.place().field);
+    raised.attr("problem") = TextObject(error.problem());
+    PyErr_SetObject(g_exceptions.input, raised.ptr());
   } catch (const ExplainedRefusal& error) {
     RaiseUndetermined(error, error.sentences());
   } catch (const UndeterminedError& error) {

@@ -48,9 +48,9 @@ using BlockPointer = std::shared_ptr<const BlockData>;
                                          ProgressSink* progress);
 
 /// The options of the block with others over them.
-[[nodiscard]] AdjustOptions OptionsOf(const BlockData& data,
-                                      const std::vector<std::string>& overrides,
-                                      int threads);
+[[nodiscard]] AdjustTable OptionsOf(const BlockData& data,
+                                    const std::vector<std::string>& overrides,
+                                    int threads);
 /// The folder from which the names of lists count.
 [[nodiscard]] std::filesystem::path HomeOf(const BlockData& data);
 /// Throws InputError where a list that the block itself names is not what it was when the block was
@@ -76,7 +76,7 @@ enum class Task { kAdjust, kIntersect, kPredict };
 struct SolvedBlock {
   BlockPointer source;
   std::optional<Block> changed;  ///< where a list of rejections left looks out
-  AdjustOptions options;
+  AdjustTable options;
   AdjustResult result;
   ResultContext context;
   [[nodiscard]] const Block& block() const { return changed ? *changed : source->file.block; }
@@ -111,10 +111,6 @@ struct ResultData {
   }
   [[nodiscard]] const std::vector<PairResult>& pairs() const {
     return file ? file->pairs : solved->result.pairs;
-  }
-  /// Factor that covariances of the arrays still need.
-  [[nodiscard]] double factor() const {
-    return file ? 1.0 : CovarianceFactor(solved->options, solved->result);
   }
   [[nodiscard]] std::vector<std::string> PassIds() const;
   [[nodiscard]] const Frame& frame() const { return file ? file->frame : solved->block().frame; }

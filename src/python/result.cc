@@ -41,10 +41,10 @@ void RequireMeasurements(const BlockData& data, Task task) {
 }
 
 /// The files of a block as it was read, with lists that these options name beside.
-std::vector<InputFile> InputsOf(const BlockData& data, const AdjustOptions& options) {
+std::vector<InputFile> InputsOf(const BlockData& data, const AdjustTable& options) {
   if (data.path.empty()) return {};
   std::vector<InputFile> inputs = data.inputs;
-  const AdjustOptions& read = data.file.adjust;
+  const AdjustTable& read = data.file.adjust;
   if (options.pairs_file == read.pairs_file && options.rejections_file == read.rejections_file) {
     return inputs;
   }
@@ -60,7 +60,7 @@ AdjustResult Run(Task task,
                  const std::optional<std::vector<Eigen::Vector3d>>& positions_m,
                  ProgressSink* progress) {
   const Block& block = solved.block();
-  const AdjustOptions& options = solved.options;
+  const AdjustTable& options = solved.options;
   if (task == Task::kIntersect) return IntersectBlock(block, options, progress);
   PointPairs pairs;
   if (options.pairs == PairChoice::kList) {
@@ -124,7 +124,7 @@ std::shared_ptr<const ResultData> Solve(
   solved.context.inputs = InputsOf(*block, solved.options);
   solved.result =
       Naming(block->path.string(), [&] { return Run(task, solved, positions_m, progress); });
-  if (task == Task::kAdjust) {
+  if (task == Task::kAdjust && solved.options.diagnose) {
     solved.context.diagnosis =
         ExplainFailure(solved.block(), solved.options, warnings, &solved.result, progress);
   }
@@ -145,15 +145,9 @@ namespace {
 
 namespace py = pybind11;
 
-/// Numbers that are standard deviations before CovarianceFactor(): a view, or scaled.
-py::object Scaled(const ResultData& data, const py::object& sigmas) {
-  if (sigmas.is_none() || data.factor() == 1.0) return sigmas;
-  return sigmas.attr("__mul__")(std::sqrt(data.factor()));
-}
-
-py::object OptionalCovariances(const ResultData& data, const std::vector<SymmetricEnu>& of) {
+py::object OptionalCovariances(const std::vector<SymmetricEnu>& of) {
   if (of.empty()) return py::none();
-  return Covariances(of.size(), data.factor(), of.data(), sizeof(SymmetricEnu));
+  return Covariances(of.size(), of.data(), sizeof(SymmetricEnu));
 }
 
 template <typename Enum>
@@ -229,11 +223,11 @@ ResultArrays PointArrays() {
        }},
       {"points.covariance_enu_m2",
        [](const py::handle&, const ResultData& data) {
-         return OptionalCovariances(data, data.points().covariance_m2);
+         return OptionalCovariances(data.points().covariance_m2);
        }},
       {"points.fixed_path_covariance_enu_m2",
        [](const py::handle&, const ResultData& data) {
-         return OptionalCovariances(data, data.points().fixed_path_covariance_m2);
+         return OptionalCovariances(data.points().fixed_path_covariance_m2);
        }},
       {"points.intersection_rad", column(&PointResults::intersection_rad)},
       {"points.redundancy_1", column(&PointResults::redundancy)},
@@ -268,16 +262,14 @@ ResultArrays CorrectionArrays() {
       {"corrections.value", numbers(&ParameterResult::value)},
       {"corrections.sigma",
        [](const py::handle& self, const ResultData& data) {
-         return Scaled(data, ColumnView(self, data.parameters(), &ParameterResult::sigma));
+         return ColumnView(self, data.parameters(), &ParameterResult::sigma);
        }},
       {"corrections.prior_sigma", numbers(&ParameterResult::prior_sigma)},
       {"corrections.covariance_row", indices(&ParameterCovariance::a)},
       {"corrections.covariance_column", indices(&ParameterCovariance::b)},
       {"corrections.covariance_value",
        [](const py::handle& self, const ResultData& data) -> py::object {
-         const py::object values =
-             ColumnView(self, data.parameter_covariance(), &ParameterCovariance::covariance);
-         return data.factor() == 1.0 ? values : values.attr("__mul__")(data.factor());
+         return ColumnView(self, data.parameter_covariance(), &ParameterCovariance::covariance);
        }},
   };
 }
@@ -386,7 +378,7 @@ ResultArrays OtherArrays() {
       {"strips.correction_m", station(&StripStation::correction_m)},
       {"strips.correction_sigma_m",
        [](const py::handle& self, const ResultData& data) {
-         return Scaled(data, VectorView(self, data.strips(), &StripStation::correction_sigma_m));
+         return VectorView(self, data.strips(), &StripStation::correction_sigma_m);
        }},
       {"pairs.first_index",
        [](const py::handle& self, const ResultData& data) {
@@ -405,7 +397,7 @@ ResultArrays OtherArrays() {
          const std::vector<PairResult>& pairs = data.pairs();
          static const PairResult kNothing{};
          const PairResult& first = pairs.empty() ? kNothing : pairs.front();
-         return Covariances(pairs.size(), data.factor(), &first.covariance_m2, sizeof(PairResult));
+         return Covariances(pairs.size(), &first.covariance_m2, sizeof(PairResult));
        }},
   };
 }

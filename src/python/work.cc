@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "arrays.h"
+#include "core/threads.h"
 #include "linear/dense.h"
 #include <unistd.h>
 
@@ -185,7 +186,7 @@ void RunUnlocked(const py::object& progress, const std::function<void(ProgressSi
     {
       const dense::BlasThreadsKept kept;
       try {
-        const CancellationScope scope(relay);
+        const CancellationScope scope(&relay);
         work(&relay);
       } catch (...) {
         failure = std::current_exception();

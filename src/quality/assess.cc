@@ -64,6 +64,29 @@ BlunderSize BlunderSizes::ControlSize(const ControlQuality& control) const {
   return out;
 }
 
+double PosteriorFactor(const AdjustOptions& options, const AdjustResult& result) {
+  return options.scale_by_posterior && std::isfinite(result.sigma0_squared) ? result.sigma0_squared
+                                                                            : 1.0;
+}
+
+void ScaleByPosterior(const AdjustOptions& options, AdjustResult* result) {
+  const double factor = PosteriorFactor(options, *result);
+  if (factor == 1.0) return;
+  result->posterior_factor = factor;
+  const auto scale = [factor](auto* covariance_m2) {
+    for (double& element_m2 : *covariance_m2) element_m2 *= factor;
+  };
+  for (SymmetricEnu& of_point : result->points.covariance_m2) scale(&of_point);
+  for (SymmetricEnu& of_point : result->points.fixed_path_covariance_m2) scale(&of_point);
+  for (PairResult& pair : result->pairs) scale(&pair.covariance_m2);
+  for (ParameterResult& parameter : result->parameters) parameter.sigma *= std::sqrt(factor);
+  for (ParameterCovariance& entry : result->parameter_covariance) entry.covariance *= factor;
+  for (StripStation& station : result->strips) station.correction_sigma_m *= std::sqrt(factor);
+  if (result->montecarlo) {
+    for (std::array<double, 6>& of_point : result->montecarlo->sample_m2) scale(&of_point);
+  }
+}
+
 PriorSummary SummarisePriors(const AdjustOptions& options, const AdjustResult& result) {
   PriorSummary out;
   const ReliabilityFigures figures = ReliabilityOf(options, result);

@@ -30,7 +30,8 @@ bool IsMeasured(const AdjustResult& result) { return result.status != AdjustStat
 /// Of a prior that is independent of all others.
 PriorTest TestOfPrior(const AdjustResult& result, const ParameterResult& parameter) {
   PriorTest out;
-  const double ratio = parameter.sigma / parameter.prior_sigma;
+  const double ratio =
+      parameter.sigma / (parameter.prior_sigma * std::sqrt(result.posterior_factor));
   if (std::isnan(ratio)) return out;
   out.redundancy = std::max(0.0, 1.0 - ratio * ratio);
   if (!IsMeasured(result) || out.redundancy <= kMinRedundancy) return out;
@@ -58,7 +59,8 @@ std::vector<Eigen::MatrixXd> CovariancesOfJointPriors(const AdjustResult& result
   for (const ParameterCovariance& entry : result.parameter_covariance) {
     const auto &a = places[entry.a], &b = places[entry.b];
     if (!a || !b || a->prior != b->prior) continue;
-    out[a->prior](a->row, b->row) = out[a->prior](b->row, a->row) = entry.covariance;
+    out[a->prior](a->row, b->row) = out[a->prior](b->row, a->row) =
+        entry.covariance / result.posterior_factor;
   }
   return out;
 }

@@ -120,7 +120,7 @@ double SquareLeftOut(std::size_t dropped, std::size_t looks, const AdjustResult&
 }
 
 void FillChecks(const Block& block, const AdjustOptions& options, AdjustResult* result) {
-  const double variance_factor = CovarianceFactor(options, *result);
+  const double variance_factor = PosteriorFactor(options, *result);
   for (const KnownPosition& known : block.points.known) {
     const std::size_t point = known.point;
     if (block.points.role[point] != PointRole::kCheck) continue;

@@ -32,36 +32,36 @@ std::vector<std::size_t> LooksByPass(const AdjustmentProblem& problem) {
   return looks;
 }
 
-CorrectionGroup StandardGroup(std::size_t kind, int max_degree) {
+CorrectionGroup StandardGroup(CorrectionKind kind, int max_degree) {
   CorrectionGroup group;
   switch (kind) {
-    case 0: {
+    case CorrectionKind::kPosition: {
       PositionCorrection position;
       position.degree = max_degree;
       group.name = "position";
       group.model = position;
       break;
     }
-    case 1:
+    case CorrectionKind::kVelocity:
       group.name = "velocity";
       group.model = VelocityCorrection{};
       break;
-    case 2: {
+    case CorrectionKind::kRange: {
       RangeCorrection range;
       range.bias = range.scale = true;
       group.name = "range";
       group.model = range;
       break;
     }
-    case 3:
+    case CorrectionKind::kTime:
       group.name = "time";
       group.model = TimeCorrection{};
       break;
-    case 4:
+    case CorrectionKind::kSquint:
       group.name = "squint";
       group.model = SquintCorrection{};
       break;
-    default:
+    case CorrectionKind::kTroposphere:
       group.name = "troposphere";
       group.model = TroposphereCorrection{};
       break;
@@ -144,7 +144,7 @@ class Lister {
   Candidates List() {
     std::vector<CorrectionGroup> asked = options_.groups;
     if (asked.empty()) {
-      for (const std::size_t kind : options_.selection.kinds) {
+      for (const CorrectionKind kind : options_.selection.kinds) {
         asked.push_back(StandardGroup(kind, options_.selection.max_degree));
       }
     }

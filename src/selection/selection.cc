@@ -14,7 +14,6 @@
 #include <utility>
 
 #include "candidates.h"
-#include "core/threads.h"
 #include "normals/reduced_system.h"
 #include "quadratic_model.h"
 #include "solve/rank.h"
@@ -633,7 +632,6 @@ SelectionReport SelectCorrections(const Block& block,
                                   const AdjustOptions& options,
                                   const AtSelection& at_selection,
                                   ProgressSink* progress) {
-  const ThreadLimit limit(options.threads);
   Selector selector(block, options, progress);
   SelectionReport report = selector.Run();
   if (at_selection) at_selection(selector.problem(), selector.state(), &report);

@@ -117,6 +117,7 @@ const TrajectoryError* SimulatedBlock::TrajectoryErrorOf(std::size_t pass) const
 }
 
 SimulatedBlock Simulate(const Scene& scene, ProgressSink* progress) {
+  const CancellationScope scope(progress);
   Validate(scene);
   SimulatedBlock out;
   out.block.name = scene.name;

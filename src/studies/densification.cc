@@ -141,7 +141,7 @@ void SetBlock(const StudyCase& of, const Block& block, StudyRowMaker* row) {
 
 AdjustOptions OptionsOf(const StudyCase& of) {
   AdjustOptions options = of.adjust;
-  options.threads = AvailableCores();  // what the caller's ThreadLimit allows
+  options.threads = AvailableCores();  // all that the caller may use
   options.covariance = CovarianceLevel::kBlock;
   options.pairs = PairChoice::kNeighbours;
   return options;
@@ -397,7 +397,7 @@ RunSums Compare(const SimulatedBlock& drawn,
                 const AdjustResult& result,
                 const std::vector<Reference>& references) {
   RunSums sums;
-  if (!result.accepted()) {
+  if (!result.usable()) {
     sums.why_not = "not converged";
     return sums;
   }

@@ -252,7 +252,7 @@ std::vector<StudyRow> ComputeDesign(const DesignStudy& study, std::size_t index)
   row.Set("traded", DesignQuantity(study));
   const StudyCase& of = study.cases[index];
   AdjustOptions options = of.adjust;
-  options.threads = AvailableCores();  // what the caller's ThreadLimit allows
+  options.threads = AvailableCores();  // all that the caller may use
   options.covariance = CovarianceLevel::kBlock;
   try {
     const SimulatedBlock planned = PlannedBlock(of.scene);

@@ -158,9 +158,9 @@ StabilityRow RunStabilityStep(const StabilityFamily& family,
     row.message = error.what();
     return row;
   }
-  row.exit_code = result.accepted() ? 0 : 1;
+  row.exit_code = result.usable() ? 0 : 1;
   std::vector<std::string> said;
-  if (!result.accepted()) said = result.assessment.reasons;
+  if (!result.usable()) said = result.assessment.reasons;
   said.insert(said.end(), result.warnings.begin(), result.warnings.end());
   row.message = JoinedTexts(said);
   FillComparison(block, plan.options, result, progress, &row);

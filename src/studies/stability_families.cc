@@ -336,10 +336,11 @@ void ReadPlan(const TomlTable& toml, const Names& names, SceneTable* table, Stab
   if (table->Take("adjust")) {
     std::vector<std::string> ids;
     for (std::size_t i = 0; i < plan->passes.size(); ++i) ids.push_back(StabilityPassId(i));
-    plan->options = ReadAdjust(toml, ids);
-    if (!plan->options.rejections_file.empty() || !plan->options.pairs_file.empty()) {
+    const AdjustTable adjust = ReadAdjust(toml, ids);
+    if (!adjust.rejections_file.empty() || !adjust.pairs_file.empty()) {
       throw InputError(table->PlaceOf("adjust"), "names files, which these blocks do not have");
     }
+    plan->options = adjust;
   }
   // [adjust] has it in degrees, which not every number of radians is.
   if (const auto sigma = table->Take("squint_bias_sigma_rad")) {

@@ -66,10 +66,10 @@ std::string Chosen(const SelectionReport& selection) {
 
 TradeoffAnswer AnswerOf(AdjustResult result, CovarianceLevel level) {
   TradeoffAnswer out;
-  out.accepted = result.accepted();
+  out.accepted = result.usable();
   out.iterations = result.iterations;
   out.corrections = result.parameters.size();
-  out.note = result.accepted() ? Chosen(result.selection) : result.assessment.reasons.front();
+  out.note = result.usable() ? Chosen(result.selection) : result.assessment.reasons.front();
   if (level == CovarianceLevel::kLeberl) FillClosedForm(result.points, &out);
   if (result.montecarlo) {
     out.covariance_m2 = std::move(result.montecarlo->sample_m2);
@@ -154,8 +154,8 @@ struct TradeoffBench::Impl {
 
   void Prepare(const TradeoffChoice& choice) {
     if (choice.run != TradeoffChoice::Run::kTwoLooks || two_looks) return;
-    const ThreadLimit limit(choice.options.threads);
-    two_looks = TwoLooksOf(simulated.block);
+    RunInLibrary(
+        choice.options.threads, nullptr, [this] { two_looks = TwoLooksOf(simulated.block); });
   }
 
   [[nodiscard]] TradeoffAnswer Run(const TradeoffChoice& choice, ProgressSink* progress) {

@@ -115,8 +115,7 @@ void OpenedHdf5::Fail(const std::string& object, const std::string& problem) con
 }
 
 OpenedHdf5 OpenHdf5(const std::filesystem::path& path) {
-  SilenceHdf5();
-  OpenedHdf5 opened{path.string(), std::filesystem::file_size(path), {}};
+  OpenedHdf5 opened{path.string(), std::filesystem::file_size(path), {}, {}};
   TryHdf5(opened.path, opened.bytes);
   opened.file = Hdf5Id(H5Fopen(opened.path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   if (!opened.file.valid()) {

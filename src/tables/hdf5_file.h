@@ -40,6 +40,7 @@ inline constexpr const char* kRowDimension = "row";
 struct OpenedHdf5 {
   std::string path;
   std::uint64_t bytes = 0;
+  QuietHdf5 quiet;
   Hdf5Id file;
 
   [[noreturn]] void Fail(const std::string& object, const std::string& problem) const;

@@ -45,8 +45,37 @@ class Hdf5Id {
   return access;
 }
 
-/// Keeps libhdf5 from printing errors of this thread; ours say what they mean.
-inline void SilenceHdf5() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+/// While one of these lives, libhdf5 prints no errors of the thread that made it (ours say what
+/// they mean); afterwards it does again what the host program asked for. To be ended in that
+/// thread.
+class QuietHdf5 {
+ public:
+  QuietHdf5() : active_(true) {
+    Asked& asked = OfThread();
+    if (asked.scopes++ > 0) return;
+    H5Eget_auto2(H5E_DEFAULT, &asked.print, &asked.data);
+    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  }
+  ~QuietHdf5() {
+    if (!active_) return;
+    Asked& asked = OfThread();
+    if (--asked.scopes == 0) H5Eset_auto2(H5E_DEFAULT, asked.print, asked.data);
+  }
+  QuietHdf5(QuietHdf5&& other) noexcept : active_(std::exchange(other.active_, false)) {}
+  QuietHdf5& operator=(QuietHdf5&&) = delete;
+
+ private:
+  struct Asked {
+    int scopes = 0;
+    H5E_auto2_t print = nullptr;
+    void* data = nullptr;
+  };
+  static Asked& OfThread() {
+    thread_local Asked asked;
+    return asked;
+  }
+  bool active_;
+};
 
 /// Names of the members of a group in their order, up to 255 characters of each; none where the
 /// group cannot be read.

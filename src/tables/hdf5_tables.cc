@@ -150,7 +150,7 @@ class ContainerReader final : public TableReader {
   bool Next(Batch* batch) override {
     if (next_ == rows_) return false;
     const std::lock_guard<std::mutex> lock(Hdf5Mutex());
-    SilenceHdf5();
+    const QuietHdf5 quiet;
     batch->Begin(schema_);
     batch->table = this;
     batch->first = next_;
@@ -406,6 +406,7 @@ class ContainerSink final : public TableSink {
   TemporaryName temporary_;
   std::string name_;
   Compression compression_;
+  QuietHdf5 quiet_;
   FailingSafely disk_;
   Hdf5Id file_;
   std::array<Ids, 2> ids_;  // of passes, of points
@@ -433,7 +434,7 @@ class ContainerWriter final : public TableWriter {
 
   void Write(Batch* batch) override {
     const std::lock_guard<std::mutex> lock(Hdf5Mutex());
-    SilenceHdf5();
+    const QuietHdf5 quiet;
     for (const std::size_t i : written_) {
       if (batch->columns[i].texts != nullptr) NumberTexts(*batch, i, &batch->columns[i].indices);
     }
@@ -605,7 +606,6 @@ class ContainerWriter final : public TableWriter {
 
 ContainerSink::ContainerSink(const fs::path& target, Compression compression, const BlockIds& ids)
     : lock_(target), temporary_(target), name_(target.string()), compression_(compression) {
-  SilenceHdf5();
   ids_[0].given = ids.passes;
   ids_[1].given = ids.points;
   const Hdf5Id access = disk_.Access();

@@ -42,7 +42,7 @@ constexpr std::uint64_t kBytesPerSecond = std::uint64_t{100} << 20;
 class Walk {
  public:
   void Through(const char* path) {
-    SilenceHdf5();
+    const QuietHdf5 quiet;
     const Hdf5Id file(H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
     if (file.valid()) Open(file.get(), "/", 0);
   }

@@ -23,6 +23,7 @@
 
 #include "checksum.h"
 #include "hdf5_file.h"
+#include "hdf5_trial.h"
 #include "json.h"
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -244,8 +245,10 @@ bool IsContainer(const std::filesystem::path& path) {
   return std::string_view(begin.data(), begin.size()) == kSignature;
 }
 
+void TryHdf5Apart(bool apart) { SetHdf5Trial(apart); }
+
 std::optional<FolderContent> ContentOf(const std::filesystem::path& container) {
-  SilenceHdf5();
+  const QuietHdf5 quiet;
   const Hdf5Id file(H5Fopen(container.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   if (!file.valid()) return std::nullopt;
   const bool block = H5Aexists(file.get(), AttributeOf("block.toml").c_str()) > 0;

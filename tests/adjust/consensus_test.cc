@@ -4,7 +4,7 @@
 // is wrong is adjusted as without a consensus, to the last digit.
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
-#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/block_file.h"
 #include "sarblock/files/scene_file.h"
 #include "sarblock/model/result.h"
 #include "sarblock/simulate/simulate.h"
@@ -96,7 +96,7 @@ TEST(ConsensusTest, LeavesABlockInWhichNothingIsWrongAsItIs) {
       AdjustOptions with = made.options;
       with.robust = without.robust = loss;
       const AdjustResult a = Adjust(made.block, with), b = Adjust(made.block, without);
-      ASSERT_TRUE(a.accepted());
+      ASSERT_TRUE(a.usable());
       EXPECT_FALSE(a.snooping.has_value());
       EXPECT_EQ(a.iterations, b.iterations);
       for (std::size_t point = 0; point < made.block.points.size(); ++point) {
@@ -119,7 +119,7 @@ TEST(ConsensusTest, BringsExchangedPointsAndDisplacedPathsHome) {
   }
   ASSERT_GT(std::count(touched.begin(), touched.end(), 1), 20);
   const AdjustResult result = Adjust(made.block, made.options);
-  EXPECT_TRUE(result.accepted());
+  EXPECT_TRUE(result.usable());
   EXPECT_TRUE(result.chi_square_passed) << result.sigma0_squared;
   ASSERT_TRUE(result.snooping.has_value());
   EXPECT_THAT(result.warnings, testing::Contains(testing::HasSubstr("solved by consensus")));
@@ -139,7 +139,7 @@ TEST(ConsensusTest, LeavesOutByNameTwoLooksOfWhichNothingTellsTheWrongOne) {
   const std::vector<std::size_t> looks = made.TieLooks(0);
   made.Exchange(looks[10], looks[60]);
   const AdjustResult result = Adjust(made.block, made.options);
-  EXPECT_TRUE(result.accepted());
+  EXPECT_TRUE(result.usable());
   EXPECT_TRUE(result.chi_square_passed);
   for (const std::size_t look : {looks[10], looks[60]}) {
     const std::size_t point = made.PointOf(look);
@@ -158,7 +158,7 @@ TEST(ConsensusTest, IsLeftAwayWhereItIsNotWanted) {
   made.Exchange(looks[10], looks[60]);
   made.options.quality.consensus = false;
   const AdjustResult result = Adjust(made.block, made.options);
-  EXPECT_FALSE(result.accepted());
+  EXPECT_FALSE(result.usable());
   EXPECT_FALSE(result.snooping.has_value());
 }
 
@@ -168,7 +168,7 @@ TEST(ConsensusTest, IsNoneWhereAWholePassIsWrong) {
     if (made.block.looks.pass[i] == 5) made.block.looks.range_m[i] += 400.0;
   }
   const AdjustResult result = Adjust(made.block, made.options);
-  EXPECT_FALSE(result.accepted());
+  EXPECT_FALSE(result.usable());
   EXPECT_FALSE(result.snooping.has_value());
 }
 

@@ -14,7 +14,7 @@ namespace {
 /// estimated parameters. The bound is the interpolation of turning axes between states.
 void ExpectPathsOfModel(const Block& block, const AdjustOptions& options, double bound_m) {
   const AdjustResult result = Adjust(block, options);
-  ASSERT_TRUE(result.accepted()) << testing::PrintToString(result.warnings);
+  ASSERT_TRUE(result.usable()) << testing::PrintToString(result.warnings);
   const AdjustmentProblem problem(block, options.groups);
   Eigen::VectorXd x(static_cast<Eigen::Index>(result.parameters.size()));
   for (std::size_t i = 0; i < result.parameters.size(); ++i) {

@@ -46,7 +46,7 @@ AdjustOptions CountedOptions() {
 TEST(CountsTest, AgreeWithThoseByHand) {
   const test::KnownBlock known = CountedBlock();
   const AdjustResult result = Adjust(known.block, CountedOptions());
-  EXPECT_TRUE(result.accepted());
+  EXPECT_TRUE(result.usable());
   EXPECT_EQ(result.looks_used, 48U);
   EXPECT_EQ(result.observation_count, 107U);
   EXPECT_EQ(result.parameter_count, 49U);
@@ -98,7 +98,7 @@ TEST(CountsTest, CheckPointsAreJudgedByScaledCovariancesWhereScalingIsAskedFor) 
   const std::array<double, 6>& c = result.points.covariance_m2[check.point];
   Eigen::Matrix3d full;
   full << c[0], c[3], c[4], c[3], c[1], c[5], c[4], c[5], c[2];  // ee nn uu en eu nu
-  full = result.sigma0_squared * full + given->covariance_enu_m2;
+  full += given->covariance_enu_m2;                              // s0^2 is in C
   EXPECT_NEAR(check.chi_square, check.error_enu_m.dot(full.inverse() * check.error_enu_m), 1e-9);
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(check.sigma_enu_m[i], std::sqrt(full(i, i)), 1e-9);
 }
@@ -203,7 +203,7 @@ TEST(WeightsTest, TheSolutionFromFarHasTheWeightsOfTheSolution) {
     known.block.points.given_m[j] = known.truth_m[j] + Eigen::Vector3d(900.0, 1300.0, 700.0);
   }
   const AdjustResult far = Adjust(known.block, {});
-  ASSERT_TRUE(far.accepted());
+  ASSERT_TRUE(far.usable());
   for (std::size_t j = 0; j < 12; ++j) {
     // Sigmas are about a metre: weights of the start would shift points by centimetres.
     EXPECT_LT((far.points.position_m[j] - near.points.position_m[j]).norm(), 1e-5);

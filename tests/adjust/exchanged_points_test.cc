@@ -2,7 +2,7 @@
 // Two points exchanged in one image, the commonest mistake of a matcher, with and without a search
 // for blunders: no result is accepted in which a point that nobody touched is wrong.
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/block_file.h"
 #include "sarblock/files/scene_file.h"
 #include "sarblock/model/result.h"
 #include "sarblock/simulate/simulate.h"
@@ -74,7 +74,7 @@ TEST_P(ExchangedPointsTest, LeaveNoOtherPointWrongAndAccepted) {
     AdjustOptions options = made.options;
     options.quality.snooping = snooping;
     const AdjustResult result = Adjust(block, options);
-    if (!result.accepted() || !result.chi_square_passed) continue;
+    if (!result.usable() || !result.chi_square_passed) continue;
     for (std::size_t point = 0; point < block.points.size(); ++point) {
       if (point == first || point == second || !IsSolved(result.points.status[point])) continue;
       const Eigen::Vector3d e_m =

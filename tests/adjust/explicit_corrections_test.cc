@@ -191,7 +191,7 @@ TEST_P(ExplicitCorrectionsTest, EqualTheExplicitModelUnderNoiseOfManyMetres) {
   options.corrections = CorrectionChoice::kGiven;
   options.groups = {group};
   const AdjustResult adjusted = Adjust(block, options);
-  ASSERT_TRUE(adjusted.accepted());
+  ASSERT_TRUE(adjusted.usable());
 
   const ExplicitBlock model(block, options.groups);
   Eigen::VectorXd x(model.corrections() + 3 * static_cast<Eigen::Index>(plan.points));

@@ -74,7 +74,7 @@ TEST_P(ExplicitModelTest, AnswersTheSamePointsUnderNoise) {
       known.block.looks.flags[known.block.looks.offsets[j] + 1] |= Looks::kRejected;
     }
     const AdjustResult adjusted = Adjust(known.block, options);
-    ASSERT_TRUE(adjusted.accepted());
+    ASSERT_TRUE(adjusted.usable());
     for (std::size_t j = 0; j < plan.points; ++j) {
       const Eigen::Vector3d p_m = SolveExplicit(known.block, j, known.truth_m[j]);
       // Shifts are kept to 6e-8 of themselves, of some 450 m.

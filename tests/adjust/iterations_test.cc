@@ -2,7 +2,7 @@
 // Blocks far from their solution: an adjustment goes on while its steps shrink, says what to raise
 // where it was ended, and accepts no wrong place.
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/block_file.h"
 #include "sarblock/files/scene_file.h"
 #include "sarblock/model/result.h"
 #include "sarblock/simulate/simulate.h"
@@ -62,10 +62,9 @@ TEST(IterationsTest, MoonAndVenusWithoutControlConverge) {
 TEST(IterationsTest, ALimitThatEndsThemIsNamed) {
   StartedBlock started("moon-alse", {"points.count=60"});
   started.options.max_iterations = 1;
-  started.options.diagnose = false;
   const AdjustResult result = Adjust(started.simulated.block, started.options);
   EXPECT_EQ(result.status, AdjustStatus::kNotConverged);
-  EXPECT_FALSE(result.accepted());
+  EXPECT_FALSE(result.usable());
   EXPECT_THAT(result.assessment.reasons,
               testing::Contains(testing::HasSubstr("max_iterations = 1")));
 }
@@ -82,7 +81,7 @@ TEST(IterationsTest, StartsTenKilometresOffEndAtTheTruth) {
           1e4 * Eigen::Vector3d(std::sin(k), std::cos(k), 0.3).normalized();
     }
     const AdjustResult result = Adjust(block, started.options);
-    EXPECT_TRUE(result.accepted()) << seed;
+    EXPECT_TRUE(result.usable()) << seed;
     EXPECT_EQ(WrongPoints(started, result), 0U) << seed;
   }
 }

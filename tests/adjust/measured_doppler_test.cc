@@ -93,7 +93,7 @@ TEST_P(MeasuredDopplerTest, AnswersTheClosedFormsOfRangeAndDoppler) {
     if (one_time) GiveOneTime(&known);
     test::AddNoise(31, 1.0, &known);
     const AdjustResult adjusted = Adjust(known.block, {});
-    ASSERT_TRUE(adjusted.accepted());
+    ASSERT_TRUE(adjusted.usable());
     double square = 0.0;
     for (std::size_t j = 0; j < known.truth_m.size(); ++j) {
       const Solved solved = SolvePoint(known.block, j, known.truth_m[j]);
@@ -172,7 +172,7 @@ TEST(MixedLooksTest, BothEnginesAnswerTheSame) {  // two routes
   mixed.options.engine = Engine::kCeres;
   mixed.options.covariance_method = CovarianceMethod::kCeres;
   const AdjustResult ceres = Adjust(mixed.known.block, mixed.options);
-  ASSERT_TRUE(reduced.accepted() && ceres.accepted());
+  ASSERT_TRUE(reduced.usable() && ceres.usable());
   for (std::size_t j = 0; j < mixed.known.truth_m.size(); ++j) {
     const Eigen::Matrix3d a = MatrixOf(reduced.points.covariance_m2[j]);
     EXPECT_LT((reduced.points.position_m[j] - ceres.points.position_m[j]).norm(), 1e-5) << j;
@@ -263,7 +263,7 @@ TEST(MixedLooksTest, PassesOfOneTimeAgreeDespiteExchangedPoints) {
   options.corrections = CorrectionChoice::kGiven;
   options.groups = {{"position", position, {}, false}};
   const AdjustResult adjusted = Adjust(known.block, options);
-  EXPECT_TRUE(adjusted.accepted());
+  EXPECT_TRUE(adjusted.usable());
   std::size_t near = 0;
   for (std::size_t j = 0; j < known.truth_m.size(); ++j) {
     if (!IsSolved(adjusted.points.status[j])) continue;

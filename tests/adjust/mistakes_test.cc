@@ -303,7 +303,7 @@ INSTANTIATE_TEST_SUITE_P(Blocks,
 TEST(MistakeTest, LeavesASoundBlockAlone) {
   const test::KnownBlock known = SoundBlock();
   EXPECT_NO_THROW(Validate(known.block));
-  EXPECT_TRUE(Adjust(known.block, FreePositions()).accepted());
+  EXPECT_TRUE(Adjust(known.block, FreePositions()).usable());
 }
 
 TEST(MistakeTest, LeavesValuesOfRejectedLooksAlone) {

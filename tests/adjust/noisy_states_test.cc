@@ -4,7 +4,7 @@
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
-#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/block_file.h"
 #include "sarblock/files/scene_file.h"
 #include "sarblock/model/result.h"
 #include "sarblock/simulate/simulate.h"
@@ -78,7 +78,7 @@ TEST_P(NoisyStatesTest, BothEnginesConvergeInADozenIterationsToOneSolution) {
   const AdjustResult reduced = Adjust(strips.block, strips.options);
   strips.options.engine = Engine::kCeres;
   const AdjustResult ceres = Adjust(strips.block, strips.options);
-  ASSERT_TRUE(reduced.accepted() && ceres.accepted());
+  ASSERT_TRUE(reduced.usable() && ceres.usable());
   EXPECT_LE(reduced.iterations, 12);
   EXPECT_LE(ceres.iterations, 12);
   EXPECT_NEAR(reduced.final_cost, ceres.final_cost, 1e-9 * ceres.final_cost);
@@ -129,7 +129,7 @@ TEST(RoughPathTest, CountsBetweenItsLooksOnly) {
   const FlightPath longer(std::vector<StateVector>{earlier, states.back()});
   pass.path = Recorded(longer, 10.0, 0.01, 1, earlier.time_s, first_s - 5.0);
   const AdjustResult rough = Adjust(strips.block, strips.options);
-  ASSERT_TRUE(rough.accepted());
+  ASSERT_TRUE(rough.usable());
   EXPECT_NEAR(rough.final_cost, smooth.final_cost, 1e-6 * smooth.final_cost);
 }
 

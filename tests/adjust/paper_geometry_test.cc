@@ -69,7 +69,7 @@ TEST(PaperGeometryTest, AdjustmentWithFixedPathsHasTheSigmasOfEq25AcrossBothSwat
       AdjustOptions options;
       options.covariance = level;
       const AdjustResult result = Adjust(SwathBlock(swath, points_m), options);
-      ASSERT_TRUE(result.accepted());
+      ASSERT_TRUE(result.usable());
       ExpectEq25(swath, points_m, result);
     }
   }
@@ -102,7 +102,7 @@ TEST(PaperGeometryTest, SingleFlightIsRefusedWithItsReasonWhateverTheSquints) {
     for (const bool intersect : {false, true}) {
       try {
         const AdjustResult result = intersect ? IntersectBlock(block, {}) : Adjust(block, {});
-        ADD_FAILURE() << "accepted: " << result.accepted();
+        ADD_FAILURE() << "accepted: " << result.usable();
       } catch (const UndeterminedError& error) {
         EXPECT_THAT(error.what(), HasSubstr("single flight line"));
         EXPECT_THAT(error.what(), HasSubstr("P1"));

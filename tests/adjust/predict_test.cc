@@ -66,7 +66,7 @@ TEST_P(PredictTest, IsTheCovarianceOfAnAdjustmentWithoutNoise) {
   const test::KnownBlock known = PlannedBlock(GetParam());
   const AdjustResult adjusted = Adjust(known.block, SomeCorrections(), kPairs);
   const AdjustResult predicted = Predict(known.block, SomeCorrections(), known.truth_m, kPairs);
-  ASSERT_TRUE(adjusted.accepted());
+  ASSERT_TRUE(adjusted.usable());
   EXPECT_EQ(predicted.status, AdjustStatus::kPredicted);
   EXPECT_EQ(predicted.points.status[3], PointStatus::kPredicted);
   EXPECT_TRUE(std::isnan(predicted.sigma0_squared));

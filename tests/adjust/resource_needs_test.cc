@@ -186,7 +186,7 @@ TEST(MemoryRefusalTest, AdjustRefusesWhatNeedsMoreThanIsAllowedAndSaysWhatHelps)
   ASSERT_FALSE(findings.empty());
   EXPECT_THAT(findings.back(), HasSubstr("the adjustment needs "));
   options.memory_mib = 1.1 * static_cast<double>(needs.peak_bytes) / (1 << 20);
-  EXPECT_TRUE(Adjust(known.block, options).accepted());
+  EXPECT_TRUE(Adjust(known.block, options).usable());
 }
 
 TEST(MemoryRefusalTest, WithoutALimitThisComputersMemoryCounts) {

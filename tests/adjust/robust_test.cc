@@ -136,13 +136,13 @@ TEST(GrossErrorTest, RobustLossesRecoverTheTruthWithinItsSigmas) {
   const AdjustResult plain = Adjust(errors.known.block, errors.options);
   EXPECT_EQ(plain.status, AdjustStatus::kConverged);
   EXPECT_GT(plain.sigma0_squared, 10.0);
-  EXPECT_FALSE(plain.accepted());
+  EXPECT_FALSE(plain.usable());
   EXPECT_GT(WorstPoint(errors, plain), 2.0 * bound);
   for (const RobustLoss loss : kLosses) {
     errors.options.robust = loss;
     const AdjustResult result = Adjust(errors.known.block, errors.options);
-    EXPECT_TRUE(result.accepted())
-        << static_cast<int>(loss) << testing::PrintToString(result.warnings);
+    EXPECT_TRUE(result.usable()) << static_cast<int>(loss)
+                                 << testing::PrintToString(result.warnings);
     EXPECT_LT(WorstPoint(errors, result), bound) << static_cast<int>(loss);
     EXPECT_TRUE(result.chi_square_passed) << static_cast<int>(loss);
     const std::set<std::size_t> dropped = Dropped(result);
@@ -172,7 +172,7 @@ TEST(GrossErrorTest, TukeyLosesNoPointToTheBlunderOfOneLook) {
   GrossErrors errors = MakeGrossErrors(1.0, true);
   errors.options.robust = RobustLoss::kTukey;
   const AdjustResult result = Adjust(errors.known.block, errors.options);
-  EXPECT_TRUE(result.accepted()) << testing::PrintToString(result.warnings);
+  EXPECT_TRUE(result.usable()) << testing::PrintToString(result.warnings);
   for (std::size_t j = 0; j < errors.known.truth_m.size(); ++j) {
     EXPECT_EQ(result.points.status[j], PointStatus::kAdjusted) << result.points.reason[j];
   }
@@ -200,7 +200,7 @@ TEST(RobustAdjustTest, ThreeLooksOnParallelPathsDoNotSayWhichIsWrong) {
   for (const RobustLoss loss : {RobustLoss::kCauchy, RobustLoss::kTukey}) {
     scene.options.robust = loss;
     const AdjustResult result = Adjust(block, scene.options);
-    EXPECT_TRUE(result.accepted()) << testing::PrintToString(result.assessment.reasons);
+    EXPECT_TRUE(result.usable()) << testing::PrintToString(result.assessment.reasons);
     for (const std::size_t j : spoiled) {
       EXPECT_EQ(result.points.status[j], PointStatus::kApart) << j;
       EXPECT_THAT(result.points.reason[j],

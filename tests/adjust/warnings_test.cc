@@ -47,20 +47,20 @@ TEST(WarningsTest, GrossContradictionsAreNotAccepted) {
   for (const std::size_t point : {0U, 3U, 7U})
     test::AddKnownPoint(point, {0.31, 0.47, 0.83}, &known);
   test::AddNoise(9, 1.0, &known);
-  EXPECT_TRUE(Adjust(known.block, {}).accepted());
+  EXPECT_TRUE(Adjust(known.block, {}).usable());
   for (std::size_t i = 0; i < known.block.looks.size(); ++i) {
     if (known.block.looks.pass[i] == 1) known.block.looks.range_m[i] += 1000.0;
   }
   const AdjustResult wrong = Adjust(known.block, {});
   EXPECT_EQ(wrong.status, AdjustStatus::kConverged);
   EXPECT_GT(wrong.sigma0_squared, 10.0);
-  EXPECT_FALSE(wrong.accepted());
+  EXPECT_FALSE(wrong.usable());
   EXPECT_EQ(wrong.assessment.verdict, Verdict::kNotAccepted);
   EXPECT_THAT(wrong.assessment.reasons, Contains(HasSubstr("s0^2 is")));
   // Scaled by it, standard deviations mean something again: that is what was asked for.
   AdjustOptions scaled;
   scaled.scale_by_posterior = true;
-  EXPECT_TRUE(Adjust(known.block, scaled).accepted());
+  EXPECT_TRUE(Adjust(known.block, scaled).usable());
 }
 
 // Hand cases: the words say what chose between a point and its mirror image.

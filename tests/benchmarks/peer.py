@@ -10,6 +10,10 @@ engine = "ceres" and `adjust`. The times are user times of whole processes, the 
 reads, starts and solves, `adjust` also tests every look and writes its tables. Each block first without covariances, then
 with those of all points. Beyond 3,000 points ceres::Covariance is asked for 100 of them only.
 
+A second table has the looks as three programs would write them, each solved by Ceres alike: automatic derivatives of the
+cone's form (what one writes first) and of the time's (the library's equations), and the library's cost functions: the time of an evaluation with
+Jacobians and of a solution, the least of SARBLOCK_ROUNDS, and the farthest position from `adjust`, in its standard deviations.
+
 The ratios are plain_ceres and engine = "ceres" over the default engine. The last columns are the largest difference of a
 position from the default engine, in its standard deviations: of plain_ceres as it was timed, and with the equations of
 the library (--form time), which must be below 1e-3."""
@@ -61,6 +65,20 @@ def rows(program, plain, work, scene, points):
                *(f"{same[form]['points_sigmas']:.1e}" for form in same)]
 
 
+def forms(program, plain, work, scene, points):
+    block, result = f"{work}/{scene}-{points}", f"{work}/{scene}-{points}-result"
+    said = {}
+    for _ in range(int(os.environ.get("SARBLOCK_ROUNDS", "5"))):
+        for form in ("cone", "time", "library"):
+            now = json.loads(user_s(plain, block, "--result", result, "--form", form)[1])
+            before = said.setdefault(form, now)
+            for key in ("evaluate_ns", "solve_s"):
+                before[key] = min(before[key], now[key])
+    for form, now in said.items():
+        yield [scene, points, form, f"{now['evaluate_ns']:.0f}", now["iterations"], f"{now['solve_s']:.3f}",
+               f"{now['points_sigmas']:.1e}"]
+
+
 def main():
     program, plain, work, *sizes = sys.argv[1:]
     print("scene,points,looks,covariances,iterations_plain,iterations_ceres,iterations,plain_s,ceres_s,default_s,"
@@ -70,6 +88,10 @@ def main():
         blocks += [("block-12-strips", 30000), ("earth-same-side", 30000)]
     for scene, points in blocks:
         for row in rows(program, plain, work, scene, points):
+            print(",".join(str(cell) for cell in row), flush=True)
+    print("\nscene,points,form,evaluate_ns,iterations,solve_s,difference_sigmas")
+    for scene, points in blocks:
+        for row in forms(program, plain, work, scene, points):
             print(",".join(str(cell) for cell in row), flush=True)
 
 

@@ -2,27 +2,32 @@
 // The program that a careful user of Ceres would write in place of this library: an adjustment with
 // position polynomials, automatic derivatives, one residual block a look, points eliminated first
 // (SPARSE_SCHUR, SuiteSparse), covariances of points by ceres::Covariance.
-//     plain_ceres BLOCK [--threads N] [--covariance POINTS] [--result RESULT] [--form time]
+//     plain_ceres BLOCK [--threads N] [--covariance POINTS] [--result RESULT] [--form time|library]
 // Prints one JSON object. With --covariance the 3 x 3 matrices of the first POINTS points; with
 // --result the largest differences from a result of `sarblock adjust` as well, in its standard
 // deviations. Run by scripts/bench.sh peer.
 //
-// Of this library it uses the readers and the vertical of the ellipsoid, nothing else. The errors
-// of a look are those of the range sphere and the Doppler cone at the measured time
+// Of this library it uses the readers and the vertical of the ellipsoid, nothing else, but with
+// --form library, which takes looks and priors from the public cost functions in place of its own:
+// `evaluate_ns`, one Evaluate() of a look with all its Jacobians, and `solve_s` compare them. The
+// errors of a look are those of the range sphere and the Doppler cone at the measured time
 // (docs/theory/observations.md, eqs. (1) and (2)), each over its standard deviation. With --form
 // time they are those of the predicted range and time, as in the library (eqs. (9) and (10)), found
 // by one step. The plain form is faster. It leaves out that a drift changes the speed, and with it
 // the seconds that a metre of azimuth is.
 // It does what the scenes leberl-aircraft, block-12-strips and earth-same-side need: azimuth in
 // metres, no squint, one position polynomial a pass, at most a drift. Anything else is refused.
+#include "sarblock/cost/look_cost.h"
 #include "sarblock/files/block_file.h"
 #include "sarblock/files/result.h"
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -69,8 +74,8 @@ struct LookData {
 };
 
 /// What the error of azimuth is: that of the Doppler cone at the measured time, or of the time at
-/// which the cone holds the point.
-enum class Form { kCone, kTime };
+/// which the cone holds the point; or whatever the library's cost functions say.
+enum class Form { kCone, kTime, kLibrary };
 
 /// Metres on the cone that a second is: -q, q = u'.d - |v|.
 template <typename T>
@@ -246,7 +251,8 @@ Vector3d AtHeight(const Block& block, const LookData& look, LookSide side, doubl
 
 class PlainAdjustment {
  public:
-  PlainAdjustment(const BlockFile& file, Form form) : block_(file.block), options_(file.adjust) {
+  PlainAdjustment(const BlockFile& file, Form form)
+      : block_(file.block), options_(file.adjust), form_(form) {
     if (options_.robust != RobustLoss::kNone || !options_.priors.empty() ||
         options_.corrections != CorrectionChoice::kGiven) {
       throw std::invalid_argument(
@@ -257,7 +263,34 @@ class PlainAdjustment {
       corrections_.push_back({});
     }
     StartPoints();
-    AddResiduals(form);
+    AddResiduals();
+  }
+
+  /// Least time of one evaluation of a look with all its Jacobians, over all looks in turn.
+  [[nodiscard]] double EvaluationTime_ns() const {
+    double least_s = std::numeric_limits<double>::infinity();
+    std::vector<double*> blocks, jacobians;
+    std::array<double, 2 * 3 * (1 + kMaxTerms)> memory{};
+    std::array<double, 2> errors{};
+    for (int sweep = 0; sweep < 20; ++sweep) {
+      double taken_s = 0.0;
+      for (std::size_t first = 0; first < looks_.size(); first += 256) {
+        const std::size_t end = std::min(looks_.size(), first + 256);
+        std::vector<std::vector<double*>> of(end - first);
+        for (std::size_t i = first; i < end; ++i) {
+          problem_.GetParameterBlocksForResidualBlock(looks_[i], &of[i - first]);
+        }
+        jacobians.assign({memory.data(), memory.data() + 6});
+        const auto begin = std::chrono::steady_clock::now();
+        for (std::size_t i = first; i < end; ++i) {
+          static_cast<void>(problem_.GetCostFunctionForResidualBlock(looks_[i])->Evaluate(
+              of[i - first].data(), errors.data(), jacobians.data()));
+        }
+        taken_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+      }
+      least_s = std::min(least_s, taken_s);
+    }
+    return 1e9 * least_s / static_cast<double>(looks_.size());
   }
 
   ceres::Solver::Summary Solve(int threads) {
@@ -307,10 +340,11 @@ class PlainAdjustment {
   [[nodiscard]] Vector3d Position(std::uint32_t point) const {
     return start_m_[point] + displacement_m_[point];
   }
-  [[nodiscard]] std::size_t looks() const { return looks_used_; }
+  [[nodiscard]] std::size_t looks() const { return looks_.size(); }
   /// Coefficient of an axis and a degree.
   [[nodiscard]] double Correction_m(std::size_t pass, std::size_t axis, std::size_t degree) const {
-    return corrections_[pass][3 * degree + axis];
+    return corrections_[pass]
+                       [form_ == Form::kLibrary ? axis * Terms(pass) + degree : 3 * degree + axis];
   }
   [[nodiscard]] std::size_t Terms(std::size_t pass) const {
     return static_cast<std::size_t>(corrections_of_[pass]->degree) + 1;
@@ -384,10 +418,21 @@ class PlainAdjustment {
   void AddLook(const LookData& look, std::uint32_t point, std::size_t pass) {
     using Error = LookError<kTerms, kForm>;
     using Cost = ceres::AutoDiffCostFunction<Error, 2, 3, static_cast<int>(3 * kTerms)>;
-    problem_.AddResidualBlock(new Cost(new Error{look, start_m_[point]}),
-                              nullptr,
-                              displacement_m_[point].data(),
-                              corrections_[pass].data());
+    looks_.push_back(problem_.AddResidualBlock(new Cost(new Error{look, start_m_[point]}),
+                                               nullptr,
+                                               displacement_m_[point].data(),
+                                               corrections_[pass].data()));
+  }
+
+  void AddLookOfLibrary(std::size_t index, std::uint32_t point) {
+    const std::size_t pass = block_.looks.pass[index];
+    const FlightPointer& flight = flights_[pass];
+    const LookMeasurement look = MeasurementOf(block_, index, *flight, start_m_[point]);
+    double* const arrays[] = {corrections_[pass].data()};
+    looks_.push_back(problem_.AddResidualBlock(
+        RangeDopplerCost(flight, look, start_m_[point]).release(),
+        nullptr,
+        flight->Blocks(displacement_m_[point].data(), arrays, look.time_s)));
   }
 
   template <Form kForm>
@@ -399,17 +444,28 @@ class PlainAdjustment {
         look.azimuth_sigma_m / MetresASecond(look.velocity_mps, look.acceleration_mps2, los_m);
     if (Terms(pass) == 1) AddLook<1, kForm>(look, point, pass);
     if (Terms(pass) == 2) AddLook<2, kForm>(look, point, pass);
-    ++looks_used_;
   }
 
-  void AddResiduals(Form form) {
+  void AddResiduals() {
+    for (std::size_t pass = 0; form_ == Form::kLibrary && pass < block_.passes.size(); ++pass) {
+      flights_.push_back(std::make_shared<CorrectedFlight>(
+          block_, pass, std::vector<FlightCorrection>{{*corrections_of_[pass], {}}}));
+    }
     for (const std::uint32_t point : solved_) {
       ForLooks(point, [&](std::size_t i) {
-        form == Form::kCone ? AddLook<Form::kCone>(i, point) : AddLook<Form::kTime>(i, point);
+        if (form_ == Form::kCone) AddLook<Form::kCone>(i, point);
+        if (form_ == Form::kTime) AddLook<Form::kTime>(i, point);
+        if (form_ == Form::kLibrary) AddLookOfLibrary(i, point);
       });
       if (const KnownPosition* known = ControlOf(point)) AddControl(*known);
     }
-    for (std::size_t pass = 0; pass < block_.passes.size(); ++pass) AddPriors(pass);
+    for (std::size_t pass = 0; pass < block_.passes.size(); ++pass) {
+      if (form_ != Form::kLibrary) {
+        AddPriors(pass);
+      } else if (CostPointer prior = PriorCost(*flights_[pass], 0)) {
+        problem_.AddResidualBlock(prior.release(), nullptr, corrections_[pass].data());
+      }
+    }
   }
 
   void AddControl(const KnownPosition& known) {
@@ -455,7 +511,9 @@ class PlainAdjustment {
   std::vector<std::array<double, 3 * kMaxTerms>> corrections_;  // by pass
   std::vector<Vector3d> start_m_, displacement_m_;              // by point
   std::vector<std::uint32_t> solved_;
-  std::size_t looks_used_ = 0;
+  Form form_;
+  std::vector<FlightPointer> flights_;  // by pass, of Form::kLibrary
+  std::vector<ceres::ResidualBlockId> looks_;
   ceres::Problem problem_;  // after what it points to
 };
 
@@ -526,7 +584,8 @@ int Run(int count, char** arguments) {
     } else if (word == "--result") {
       result = arguments[++i];
     } else if (word == "--form") {
-      form = std::string(arguments[++i]) == "time" ? Form::kTime : Form::kCone;
+      const std::string name = arguments[++i];
+      form = name == "time" ? Form::kTime : name == "library" ? Form::kLibrary : Form::kCone;
     } else {
       throw std::invalid_argument(word + " is not known");
     }
@@ -535,6 +594,8 @@ int Run(int count, char** arguments) {
   const BlockFile file = ReadBlock(block);
   const double read_s = UserTime_s();
   PlainAdjustment plain(file, form);
+  const double started_s = UserTime_s();
+  const double evaluate_ns = plain.EvaluationTime_ns();
   const double made_s = UserTime_s();
   const ceres::Solver::Summary summary = plain.Solve(threads);
   const double solved_s = UserTime_s();
@@ -544,17 +605,18 @@ int Run(int count, char** arguments) {
   std::printf(
       "{\"points\": %zu, \"looks\": %zu, \"iterations\": %d, \"converged\": %s, \"cost\": %.15g,\n"
       " \"read_s\": %.4f, \"start_s\": %.4f, \"solve_s\": %.4f, \"covariance_s\": %.4f, "
-      "\"covariance_points\": %zu",
+      "\"covariance_points\": %zu, \"evaluate_ns\": %.0f",
       plain.solved().size(),
       plain.looks(),
       static_cast<int>(summary.iterations.size()) - 1,
       summary.termination_type == ceres::CONVERGENCE ? "true" : "false",
       summary.final_cost,
       read_s,
-      made_s - read_s,
+      started_s - read_s,
       solved_s - made_s,
       all_s - solved_s,
-      covariances.size());
+      covariances.size(),
+      evaluate_ns);
   if (!result.empty()) {
     const Differences d = Compare(plain, covariances, file, result);
     std::printf(

@@ -34,7 +34,7 @@ int ChunksDone() {
 TEST(CancellationTest, ALoopEndsInItsMiddle) {
   const StopsAfter sink(30);
   std::atomic<int> done{0};
-  const CancellationScope scope(sink);
+  const CancellationScope scope(&sink);
   EXPECT_THROW(ParallelForChunks(17000, 10, [&](std::size_t, std::size_t, std::size_t) { ++done; }),
                Interrupted);
   EXPECT_GT(done, 0);
@@ -45,7 +45,7 @@ TEST(CancellationTest, NothingIsAskedWithoutAScope) {
   const StopsAfter sink(0);
   EXPECT_EQ(ChunksDone(), 1700);
   {
-    const CancellationScope scope(sink);
+    const CancellationScope scope(&sink);
     EXPECT_EQ(CancellationScope::Current(), &sink);
     EXPECT_THROW(ChunksDone(), Interrupted);
   }
@@ -75,9 +75,9 @@ TEST(CancellationTest, ALoopInsideOneThatFailedDoesNotPassForDone) {
 
 TEST(CancellationTest, TheInnermostScopeIsAsked) {
   const StopsAfter outer(0), inner(1000000);
-  const CancellationScope one(outer);
+  const CancellationScope one(&outer);
   {
-    const CancellationScope two(inner);
+    const CancellationScope two(&inner);
     EXPECT_EQ(ChunksDone(), 1700);
   }
   EXPECT_THROW(ChunksDone(), Interrupted);

@@ -25,6 +25,39 @@ TEST(InputErrorTest, LeavesOutWhatIsNotKnown) {
   EXPECT_STREQ(InputError("knot_spacing_s", "no").what(), "knot_spacing_s: no");
 }
 
+TEST(InputErrorTest, KeepsItsPlace) {  // the definition
+  const InputError in_file({.file = "looks.csv", .line = 17, .field = "range_m"}, "-3 must be > 0");
+  EXPECT_EQ(in_file.place().file, "looks.csv");
+  EXPECT_EQ(in_file.place().line, 17U);
+  EXPECT_EQ(in_file.place().field, "range_m");
+  EXPECT_EQ(in_file.problem(), "-3 must be > 0");
+  const InputError in_memory("looks.pass[5]", "must be below 2");
+  EXPECT_EQ(in_memory.place().file, "");
+  EXPECT_EQ(in_memory.place().field, "looks.pass[5]");
+  EXPECT_EQ(in_memory.problem(), "must be below 2");
+}
+
+TEST(ErrorTest, IsWhatAllHaveInCommon) {
+  const auto caught = [](const auto& error) {
+    try {
+      throw error;
+    } catch (const Error& base) {
+      return std::string(base.what());
+    }
+  };
+  EXPECT_EQ(caught(InputError("a", "b")), "a: b");
+  EXPECT_EQ(caught(UndeterminedError("open", {"P"})), "open: P");
+  EXPECT_EQ(caught(Interrupted("solve")), "interrupted during solve");
+  EXPECT_EQ(Interrupted("solve").stage(), "solve");
+}
+
+TEST(VersionTest, OfTheHeadersIsThatOfTheLibrary) {
+  const int major = SARBLOCK_VERSION / 10000, minor = SARBLOCK_VERSION / 100 % 100;
+  EXPECT_EQ(Version(),
+            std::to_string(major) + "." + std::to_string(minor) + "." +
+                std::to_string(SARBLOCK_VERSION % 100));
+}
+
 TEST(UndeterminedErrorTest, KeepsEveryNameAndShowsTheFirstTen) {
   const std::vector<std::string> names = {
       "P0", "P1", "P2", "P3", "P4", "P5", "P6", "P7", "P8", "P9", "P10", "P11", "P12"};

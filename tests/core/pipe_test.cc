@@ -80,7 +80,7 @@ class AlwaysCancelled final : public ProgressSink {
 
 TEST(PipeTest, EndsWhereTheUserAsksForIt) {
   const AlwaysCancelled sink;
-  const CancellationScope scope(sink);
+  const CancellationScope scope(&sink);
   Squares squares(3);
   EXPECT_THROW(squares.Run([](std::size_t item) { return item < kItems; }), Interrupted);
   EXPECT_TRUE(squares.taken.empty());

@@ -3,7 +3,7 @@
 // Known by construction of each scene. And no warning on any good scene.
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
-#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/block_file.h"
 #include "sarblock/files/scene_file.h"
 #include "sarblock/simulate/simulate.h"
 
@@ -61,7 +61,7 @@ struct Refusal {
 Refusal RefusalOf(const SceneBlock& made) {
   try {
     const AdjustResult result = Adjust(made.block, made.options);
-    ADD_FAILURE() << "adjusted, accepted " << result.accepted();
+    ADD_FAILURE() << "adjusted, accepted " << result.usable();
   } catch (const UndeterminedError& error) {
     return {error.what(), error.names()};
   }
@@ -115,7 +115,7 @@ TEST(DefectiveSceneTest, ABesidePointMendsControlOnOneLine) {
   const SceneBlock made = Simulated("defective/collinear-control", {"control.layout=perimeter"});
   EXPECT_TRUE(Structure(made).empty());
   const AdjustResult result = Adjust(made.block, made.options);
-  EXPECT_TRUE(result.accepted());
+  EXPECT_TRUE(result.usable());
   EXPECT_TRUE(result.warnings.empty()) << testing::PrintToString(result.warnings);
 }
 
@@ -238,7 +238,7 @@ TEST(OpenPointTest, GivenCoordinatesDoNotHideCirclesThatCoincide) {
     left_out.emplace_back(made.block.points.ids[j]);
   }
   EXPECT_EQ(left_out, wanted);
-  EXPECT_TRUE(result.accepted());
+  EXPECT_TRUE(result.usable());
 }
 
 std::vector<std::string> GoodScenes() {

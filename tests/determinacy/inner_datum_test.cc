@@ -195,8 +195,8 @@ TEST(InnerDatumTest, AdjustsAFloatingBlock) {
                           std::string(block.points.ids[6]),
                           std::string(block.points.ids[10])};
   const AdjustResult some = Adjust(block, options);
-  ASSERT_TRUE(all.accepted());
-  ASSERT_TRUE(some.accepted());
+  ASSERT_TRUE(all.usable());
+  ASSERT_TRUE(some.usable());
   EXPECT_EQ(all.datum_defects, 6);
   EXPECT_NEAR(all.sigma0_squared / some.sigma0_squared, 1.0, 1e-9);
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();

@@ -16,14 +16,20 @@ TEST(SearchSizeTest, FindsARangeBiasAndItsSigmaAsACorrectionDoes) {
     if (made.block.looks.pass[i] == 1) made.block.looks.range_m[i] += kBias_m;
   }
   const Sample sample = TakeSample(made.block, nullptr);
-  Trials trials(sample.block, made.options.groups, Work(sample.block, sample.block, {}), nullptr);
+  Trials trials(sample.block,
+                made.options.groups,
+                Work(sample.block, sample.block, DiagnosisBounds{}.adjustments),
+                nullptr);
   const Hypothesis hypothesis = RangeBias({made.block.passes[1].id}, 400.0, 1.0);
   const Fit first = trials.With(hypothesis, hypothesis.value, {});
   const Solved solved = SearchSize(hypothesis, first, {}, &trials);
 
   std::vector<CorrectionGroup> groups = made.options.groups;
   groups.push_back({"range", RangeCorrection{.bias = true}, {made.block.passes[1].id}, false});
-  Trials corrected(sample.block, groups, Work(sample.block, sample.block, {}), nullptr);
+  Trials corrected(sample.block,
+                   groups,
+                   Work(sample.block, sample.block, DiagnosisBounds{}.adjustments),
+                   nullptr);
   const Fit with = corrected.SolveGiven();
   AdjustmentProblem problem(sample.block, groups);
   int column = -1;
@@ -42,7 +48,10 @@ TEST(SearchSizeTest, FindsARangeBiasAndItsSigmaAsACorrectionDoes) {
 TEST(SearchSizeTest, LeavesASizeThatIsNotFree) {
   const test::TrialBlock made = test::MakeTrialBlock("moon-alse", 4);
   const Sample sample = TakeSample(made.block, nullptr);
-  Trials trials(sample.block, made.options.groups, Work(sample.block, sample.block, {}), nullptr);
+  Trials trials(sample.block,
+                made.options.groups,
+                Work(sample.block, sample.block, DiagnosisBounds{}.adjustments),
+                nullptr);
   Hypothesis hypothesis = RangeBias({}, 3.0, 1.0);
   hypothesis.free = false;
   const Solved solved = SearchSize(hypothesis, trials.With(hypothesis, 3.0, {}), {}, &trials);

@@ -3,7 +3,6 @@
 
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/statistics.h"
-#include "sarblock/files/adjust_options.h"
 #include "sarblock/files/block_file.h"
 #include "sarblock/files/scene_file.h"
 #include "sarblock/simulate/simulate.h"

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "sarblock/core/error.h"
-#include "sarblock/files/adjust_options.h"
 #include "sarblock/files/block_file.h"
 #include "sarblock/files/result.h"
 #include "sarblock/files/scene_file.h"

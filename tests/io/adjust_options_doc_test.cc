@@ -2,7 +2,7 @@
 // docs/adjust_options.md is made of the option table; this test makes it again.
 //     SARBLOCK_UPDATE_DOCS=1 io_tests --gtest_filter='AdjustOptionsDocTest.*'
 // writes the file.
-#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/block_file.h"
 
 #include <cstdlib>
 #include <filesystem>

@@ -2,7 +2,7 @@
 // [adjust.prior.NAME] and [navigation.prior.NAME]: what is read is what is written, and messages
 // lead to the line.
 #include "sarblock/core/error.h"
-#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/block_file.h"
 #include "sarblock/files/scene_file.h"
 
 #include <string>

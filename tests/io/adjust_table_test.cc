@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/error.h"
-#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/block_file.h"
 
 #include <cmath>
 #include <set>
@@ -17,7 +17,7 @@ using testing::HasSubstr;
 
 const std::vector<std::string> kPasses{"A1", "A2", "B7"};
 
-AdjustOptions OptionsOf(const std::string& text, const std::vector<std::string>& overrides = {}) {
+AdjustTable OptionsOf(const std::string& text, const std::vector<std::string>& overrides = {}) {
   return ReadAdjustTable(text, "block.toml", kPasses, overrides);
 }
 
@@ -26,14 +26,15 @@ std::string OptionError(const std::string& text, const std::vector<std::string>&
 }
 
 PositionCorrection Position(const std::string& lines) {
-  const AdjustOptions options = OptionsOf("[adjust.correction.position]\n" + lines);
+  const AdjustTable options = OptionsOf("[adjust.correction.position]\n" + lines);
   return std::get<PositionCorrection>(options.groups.at(0).model);
 }
 
 TEST(AdjustTableTest, ATableLeftOutMeansTheDefaults) {
-  const AdjustOptions options = OptionsOf("");
-  EXPECT_EQ(DumpAdjustTable(options), DumpAdjustTable(AdjustOptions{}));
-  EXPECT_EQ(options.corrections, CorrectionChoice::kNone);
+  const AdjustTable options = OptionsOf("");
+  AdjustTable defaults;  // of a file without correction tables: none
+  defaults.corrections = CorrectionChoice::kNone;
+  EXPECT_EQ(DumpAdjustTable(options), DumpAdjustTable(defaults));
   EXPECT_EQ(OptionsOf("[adjust.correction.time]\nbias = true\n").corrections,
             CorrectionChoice::kGiven);
   EXPECT_EQ(OptionsOf("[adjust]\ncorrections = \"none\"\n[adjust.correction.time]\nbias = true\n")
@@ -42,7 +43,7 @@ TEST(AdjustTableTest, ATableLeftOutMeansTheDefaults) {
 }
 
 TEST(AdjustTableTest, ReadsEveryScalar) {
-  const AdjustOptions options = OptionsOf(
+  const AdjustTable options = OptionsOf(
       "[adjust]\ncorrections = \"auto\"\nrobust = \"tukey\"\nrobust_scale = 4.25\n"
       "covariance = \"montecarlo\"\npairs = \"mine.csv\"\ndatum = \"inner\"\n"
       "scale_by_posterior = true\nvariance_components = \"per-pass\"\nmax_iterations = 17\n"
@@ -87,7 +88,7 @@ TEST(AdjustTableTest, ReadsEveryFormOfPositionPriors) {
 }
 
 TEST(AdjustTableTest, ConvertsTheUnitsOfTheFile) {  // hand values
-  const AdjustOptions options = OptionsOf(
+  const AdjustTable options = OptionsOf(
       "[adjust.correction.range]\nbias_sigma_m = 5.5\nscale_sigma_ppm = 10\n"
       "[adjust.correction.squint]\nbias_sigma_deg = 0.09\n");
   const auto& range = std::get<RangeCorrection>(options.groups.at(0).model);
@@ -115,7 +116,7 @@ TEST(AdjustTableTest, WhatIsDumpedReadsBackTheSame) {  // round trip
     const std::string dumped = DumpAdjustTable(OptionsOf(text));
     EXPECT_EQ(DumpAdjustTable(OptionsOf(dumped)), dumped);
   }
-  const AdjustOptions options = OptionsOf(kRich), again = OptionsOf(DumpAdjustTable(options));
+  const AdjustTable options = OptionsOf(kRich), again = OptionsOf(DumpAdjustTable(options));
   ASSERT_EQ(again.groups.size(), 7u);
   EXPECT_EQ(again.groups[0].name, "position.1");
   EXPECT_EQ(again.groups[3].name, "range");
@@ -133,14 +134,14 @@ TEST(AdjustTableTest, WhatIsDumpedReadsBackTheSame) {  // round trip
 }
 
 TEST(AdjustTableTest, OverridesGoBeforeTheFile) {
-  const AdjustOptions options = OptionsOf(kRich,
-                                          {"robust=none",
-                                           "max_iterations=7",
-                                           "correction.position.1.degree=4",
-                                           "correction.position.1.sigma_m=2.5",
-                                           "adjust.pairs=all",
-                                           "correction.range.bias_sigma_m=0.25",
-                                           "correction.velocity.components=[\"across\"]"});
+  const AdjustTable options = OptionsOf(kRich,
+                                        {"robust=none",
+                                         "max_iterations=7",
+                                         "correction.position.1.degree=4",
+                                         "correction.position.1.sigma_m=2.5",
+                                         "adjust.pairs=all",
+                                         "correction.range.bias_sigma_m=0.25",
+                                         "correction.velocity.components=[\"across\"]"});
   EXPECT_EQ(options.robust, RobustLoss::kNone);
   EXPECT_EQ(options.max_iterations, 7);
   EXPECT_EQ(options.pairs, PairChoice::kAll);
@@ -379,7 +380,7 @@ TEST(AdjustOptionTableTest, EveryKeyItListsIsWrittenAsItIsRead) {
   for (const AdjustOption& option : AdjustOptionTable()) {
     if (option.type != "table") left.insert(std::string(option.key));
   }
-  const std::string defaults = DumpAdjustTable(AdjustOptions{});
+  const std::string defaults = DumpAdjustTable(OptionsOf(""));
   for (const OptionSample& sample : OptionSamples()) {
     EXPECT_EQ(left.erase(sample.key), 1u) << sample.key;
     std::vector<std::string> overrides = sample.beside;
@@ -400,7 +401,7 @@ TEST(AdjustOptionTableTest, EveryKeyItListsIsWrittenAsItIsRead) {
 }
 
 TEST(AdjustTableTest, ReadsTheSelectionAndWritesItBack) {
-  const AdjustOptions options = OptionsOf(
+  const AdjustTable options = OptionsOf(
       "[adjust]\ncorrections = \"auto\"\n[adjust.selection]\nmode = \"per-pass\"\n"
       "significance = 0.0125\ncandidates = [\"range\", \"position\"]\nmax_degree = 2\n"
       "knot_spacings_s = [7.5, 3]\nmax_condition = 3e5\nmax_posterior_prior = 0.75\n"
@@ -408,7 +409,7 @@ TEST(AdjustTableTest, ReadsTheSelectionAndWritesItBack) {
   const SelectionOptions& selection = options.selection;
   EXPECT_EQ(selection.mode, SelectionOptions::Mode::kPerPass);
   EXPECT_EQ(selection.significance, 0.0125);
-  EXPECT_EQ(selection.kinds, (std::vector<std::size_t>{0, 2}));
+  EXPECT_EQ(selection.kinds, (std::vector{CorrectionKind::kPosition, CorrectionKind::kRange}));
   EXPECT_EQ(selection.max_degree, 2);
   ASSERT_TRUE(selection.knot_spacings_s.has_value());
   EXPECT_EQ(*selection.knot_spacings_s, (std::vector<double>{7.5, 3.0}));

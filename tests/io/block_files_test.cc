@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
-#include "sarblock/files/adjust_options.h"
 #include "sarblock/files/block_file.h"
 
 #include <cmath>

@@ -4,6 +4,7 @@
 #include "sarblock/tables/output.h"
 
 #include <algorithm>
+#include <atomic>
 #include <csignal>
 #include <cstdio>
 #include <fstream>
@@ -89,6 +90,69 @@ TEST_F(ContainerTest, BlockComesBackWithTheSameBytes) {  // round trip
   WriteBlock(folder_ / "direct.h5", read.block, read.adjust, &truth, Compression::kGzip);
   Convert(folder_ / "direct.h5", folder_ / "back_of_direct");
   ExpectSameFiles("written", "back_of_direct");
+}
+
+/// What a host program may have asked of libhdf5: to be told of errors in its own way.
+int g_told = 0;
+herr_t TellHost(hid_t, void*) {
+  ++g_told;
+  return 0;
+}
+
+// The definition: what the host asked of libhdf5 holds again after every call, whatever it met, and
+// meanwhile nothing of ours reaches it.
+TEST_F(ContainerTest, LeavesTheErrorHandlerOfTheHostAsItWas) {
+  PutBlock("given");
+  const BlockFile read = ReadBlock(folder_ / "given");
+  static_cast<void>(Refusal("delete /observations/range_m"));  // writes damaged.h5
+  H5E_auto2_t before = nullptr;
+  void* data = nullptr;
+  H5Eget_auto2(H5E_DEFAULT, &before, &data);
+  g_told = 0;
+  H5Eset_auto2(H5E_DEFAULT, TellHost, &g_told);
+  const auto holds = [] {
+    H5E_auto2_t now = nullptr;
+    void* its = nullptr;
+    H5Eget_auto2(H5E_DEFAULT, &now, &its);
+    return now == TellHost && its == &g_told;
+  };
+  WriteBlock(folder_ / "b.h5", read.block, read.adjust);
+  EXPECT_TRUE(holds());
+  EXPECT_EQ(ReadBlock(folder_ / "b.h5").block.looks.size(), read.block.looks.size());
+  EXPECT_TRUE(holds());
+  EXPECT_THROW(static_cast<void>(ReadBlock(folder_ / "damaged.h5")), InputError);
+  EXPECT_TRUE(holds());
+  Put("short.h5", "\x89HDF\r\n\x1a\n and nothing that follows");
+  EXPECT_THROW(static_cast<void>(ReadBlock(folder_ / "short.h5")), InputError);
+  EXPECT_EQ(ContentOf(folder_ / "short.h5"), std::nullopt);
+  EXPECT_TRUE(holds());
+  EXPECT_EQ(g_told, 0);
+  EXPECT_LT(H5Fopen((folder_ / "short.h5").c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), 0);
+  EXPECT_GT(g_told, 0) << "the host is not told of its own errors";
+  H5Eset_auto2(H5E_DEFAULT, before, data);
+}
+
+std::atomic<int> g_children{0};
+void CountChild(int) { ++g_children; }
+
+// A handler of SIGCHLD sees every child that ends.
+TEST_F(ContainerTest, StartsNoProcessWhereTheHostWantsNone) {
+  PutBlock("given");
+  const BlockFile read = ReadBlock(folder_ / "given");
+  WriteBlock(folder_ / "b.h5", read.block, read.adjust);
+  struct sigaction counting {};
+  struct sigaction before {};
+  counting.sa_handler = CountChild;
+  counting.sa_flags = SA_RESTART;
+  sigaction(SIGCHLD, &counting, &before);
+  static_cast<void>(ReadBlock(folder_ / "b.h5"));
+  EXPECT_GT(g_children, 0) << "nothing to count";
+  g_children = 0;
+  TryHdf5Apart(false);
+  EXPECT_EQ(ReadBlock(folder_ / "b.h5").block.looks.size(), read.block.looks.size());
+  TryHdf5Apart(true);
+  EXPECT_EQ(g_children, 0);
+  sigaction(SIGCHLD, &before, nullptr);
 }
 
 TEST_F(ContainerTest, ResultComesBackWithTheSameBytes) {  // round trip

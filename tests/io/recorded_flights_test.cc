@@ -58,6 +58,34 @@ Block RecordedStrips(double spacing_s, double sigma_m, double sigma_mps, PathThr
   return block;
 }
 
+// Second route: the same block through its files.
+TEST_F(RecordedBlockTest, PathsOfABlockInMemoryAreThoseOfItsFiles) {
+  for (const PathThrough through : {PathThrough::kSmooth, PathThrough::kAuto}) {
+    Block block = RecordedStrips(1.0, 0.02, 0.005, through);
+    for (Pass& pass : block.passes) pass.recorded.asked.sigma = {0.02, 0.005};
+    WriteBlock(folder_ / NameOf(through), block, AdjustOptions{});
+    const BlockFile read = ReadBlock(folder_ / NameOf(through));
+    const auto numbers = [](const std::vector<StateVector>& states) {
+      std::vector<double> out;
+      for (const StateVector& s : states) {
+        out.push_back(s.time_s);
+        out.insert(out.end(), s.position_m.begin(), s.position_m.end());
+        out.insert(out.end(), s.velocity_mps.begin(), s.velocity_mps.end());
+      }
+      return out;
+    };
+    const std::vector<double> recorded = numbers(block.passes[0].path.states());
+    static_cast<void>(MakePaths(&block));
+    EXPECT_NE(numbers(block.passes[0].path.states()), recorded);
+    EXPECT_EQ(numbers(block.passes[0].RecordedStates()), recorded);
+    for (std::size_t pass = 0; pass < block.passes.size(); ++pass) {
+      EXPECT_EQ(numbers(block.passes[pass].path.states()),
+                numbers(read.block.passes[pass].path.states()))
+          << pass;
+    }
+  }
+}
+
 /// A circular orbit 700 km high over a point that its one look sees.
 Block OrbitBlock(double spacing_s, const Eigen::Vector3d& bias_mps = Eigen::Vector3d::Zero()) {
   constexpr double kRadius = 7078137.0, kRate = 1.0595e-3;

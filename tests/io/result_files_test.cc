@@ -10,6 +10,7 @@
 #include <string>
 
 #include "io/result_fixture.h"
+#include "quality/assess.h"
 #include <Eigen/LU>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -205,6 +206,7 @@ TEST_F(ResultFilesTest, ParametersHaveSignificance) {
 
 TEST_F(ResultFilesTest, ThePosteriorFactorScalesEveryCovarianceAndNoPrior) {  // sigma0 = 2
   options_.scale_by_posterior = true;
+  ScaleByPosterior(options_, &result_);
   WriteResult(folder_, block_, options_, result_, context_);
   EXPECT_THAT(Row("points.csv", 0, {{"sigma_e_m"}, {"cov_en_m2"}, {"chi_square_3"}}),
               ElementsAre("6", "6", "3.75"));
@@ -214,11 +216,12 @@ TEST_F(ResultFilesTest, ThePosteriorFactorScalesEveryCovarianceAndNoPrior) {  //
   EXPECT_THAT(Row("pairs.csv", 0, {{"cov_ee_m2"}, {"cov_nu_m2"}, {"de_m"}}),
               ElementsAre("4", "1.2", "1.5"));
   result_.sigma0_squared = kNaN;
-  EXPECT_EQ(CovarianceFactor(options_, result_), 1.0);
+  EXPECT_EQ(PosteriorFactor(options_, result_), 1.0);
 }
 
 TEST_F(ResultFilesTest, The1979PredictionStandsInPointsAndPairsAndIsNeverScaled) {
   options_.scale_by_posterior = true;  // sigma0 = 2
+  ScaleByPosterior(options_, &result_);
   PointResults& points = result_.points;
   points.sigma_leberl_across_m = {3.5, kNaN};
   points.sigma_leberl_up_m = {4.5, kNaN};

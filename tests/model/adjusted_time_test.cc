@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/block_file.h"
 #include "sarblock/files/scene_file.h"
 #include "sarblock/geometry/look_equations.h"
 #include "sarblock/model/result.h"
@@ -89,7 +89,7 @@ TEST(AdjustedTimeScaleTest, ManyLooksDoNotShrinkTheBlock) {
     for (const Pass& pass : simulated.block.passes) ids.push_back(pass.id);
     const AdjustOptions options = ReadAdjustTable(scene.adjust_toml, "strips", ids);
     const AdjustResult result = Adjust(simulated.block, options);
-    ASSERT_TRUE(result.accepted());
+    ASSERT_TRUE(result.usable());
     EXPECT_LT(NormalisedSquare(simulated.block, simulated.truth, result), 5.0);
     // The looks fit as well as noise does: s0^2 has a standard deviation of 0.017.
     EXPECT_NEAR(result.sigma0_squared, 1.0, 0.08);

@@ -23,6 +23,7 @@ PROGRAM_FILES = [
 LIBRARY_FILES = [
     "usr/include/sarblock/adjust/adjust.h", "usr/lib/libsarblock_adjust.a",
     "usr/lib/cmake/sarblock/sarblock-config.cmake", "usr/share/doc/libsarblock-dev/copyright",
+    "usr/share/doc/libsarblock-dev/docs/api.md", "usr/share/doc/libsarblock-dev/docs/examples/own_problem.cc",
     "usr/share/doc/libsarblock-dev/changelog.Debian.gz"]
 PYTHON = "usr/lib/python3/dist-packages/sarblock"
 PYTHON_FILES = [

@@ -3,7 +3,7 @@
 // antenna flies along z at x = 7e6 m, so that radial is x, in-track z and cross-track -y.
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
-#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/block_file.h"
 
 #include <cmath>
 #include <filesystem>

@@ -48,6 +48,23 @@ def test_a_file_is_refused_in_the_words_of_the_command_line(tmp_path, change):
     assert "sarblock: " + str(raised.value) == theirs
 
 
+def test_a_refusal_keeps_its_place(tmp_path):
+    sarblock.Block.from_arrays(**hand_block()).write(tmp_path / "block")
+    file = tmp_path / "block" / "observations.csv"
+    lines = file.read_text(encoding="utf-8").splitlines()
+    cells = lines[2].split(",")
+    cells[lines[0].split(",").index("range_m")] = "-5"
+    file.write_text("\n".join([*lines[:2], ",".join(cells)]) + "\n", encoding="utf-8")
+    with pytest.raises(sarblock.InputError) as raised:
+        sarblock.read_block(tmp_path / "block")
+    error = raised.value
+    assert (error.file, error.line, error.field) == (str(file), 3, "range_m")
+    assert str(error) == f"{file}:3: range_m: {error.problem}"
+    with pytest.raises(sarblock.InputError) as raised:
+        sarblock.adjust(sarblock.Block.from_arrays(**hand_block()), robust=[None])
+    assert raised.value.file == "" and raised.value.line == 0
+
+
 def test_a_value_is_refused_in_the_words_of_a_file(tmp_path):
     sarblock.Block.from_arrays(**hand_block()).write(tmp_path / "block")
     file = tmp_path / "block" / "observations.csv"

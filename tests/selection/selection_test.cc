@@ -193,7 +193,7 @@ TEST(SelectionTest, WaldsTestHasTheFOfLeavingOut) {
 TEST(SelectionTest, EveryCandidateHasItsRowFiguresAndReason) {
   const Block block = Simulate(StripsScene(1.0)).block;
   const AdjustResult result = Adjust(block, Auto());
-  ASSERT_TRUE(result.accepted());
+  ASSERT_TRUE(result.usable());
   const SelectionReport& report = result.selection;
   // Three components of degrees 0 to 3 and two splines and a process, two of the range, three more.
   EXPECT_EQ(report.candidates.size(), 3u * 7u + 5u);
@@ -249,7 +249,7 @@ TEST(SelectionTest, ABlockWithoutControlLeavesATranslationOut) {
   Scene scene = StripsScene(1.0);
   scene.control.layout = SceneControl::Layout::kNone;
   const AdjustResult result = Adjust(Simulate(scene).block, Auto());
-  EXPECT_TRUE(result.accepted());
+  EXPECT_TRUE(result.usable());
   int refused = 0;
   for (const char* name : {"position.along.0", "position.across.0", "position.up.0"}) {
     const CandidateResult& row = Row(result.selection, name);
@@ -270,7 +270,7 @@ TEST(SelectionTest, PerPassCorrectsOnlyThePassThatIsWrong) {
   AdjustOptions options = Auto();
   options.selection.mode = SelectionOptions::Mode::kPerPass;
   const AdjustResult result = Adjust(simulated.block, options);
-  ASSERT_TRUE(result.accepted());
+  ASSERT_TRUE(result.usable());
   std::vector<ParameterResult> kept;
   for (const ParameterResult& parameter : result.parameters) {
     if (std::isnan(parameter.prior_sigma)) kept.push_back(parameter);
@@ -325,7 +325,7 @@ TEST(SelectionTest, ASplineReplacesThePolynomialThatCannotFollow) {
   options.selection.knot_spacings_s = {{25.0}};
   const Block block = Simulate(scene).block;
   const AdjustResult result = Adjust(block, options);
-  ASSERT_TRUE(result.accepted());
+  ASSERT_TRUE(result.usable());
   EXPECT_TRUE(Row(result.selection, "position.along.process 25 s").kept);
   EXPECT_FALSE(Row(result.selection, "position.along.3").kept);
   EXPECT_THAT(Row(result.selection, "position.along.3").reason, HasSubstr("spline"));
@@ -350,7 +350,7 @@ TEST(SelectionTest, WhereFreeKnotsAreRefusedAProcessIsChosenAndHolds) {
   AdjustOptions options = Auto();
   options.selection.knot_spacings_s = {{25.0}};
   const AdjustResult result = Adjust(block, options);
-  ASSERT_TRUE(result.accepted());
+  ASSERT_TRUE(result.usable());
   EXPECT_TRUE(Row(result.selection, "position.along.process 25 s").kept);
   for (const std::string& warning : result.warnings) {
     EXPECT_THAT(warning, Not(HasSubstr("nearly undetermined")));
@@ -371,7 +371,7 @@ TEST(SelectionTest, TheVarianceOfAProcessIsThatOfItsCoefficients) {
   options.selection.knot_spacings_s = {{40.0}};
   const Block block = Simulate(scene).block;
   const AdjustResult result = Adjust(block, options);
-  ASSERT_TRUE(result.accepted());
+  ASSERT_TRUE(result.usable());
   EXPECT_TRUE(Row(result.selection, "position.across.process 40 s").kept);
   double coefficients = 0.0, sigma_m = kNotGiven;
   for (const ParameterResult& parameter : result.parameters) {

@@ -248,7 +248,7 @@ TEST(SimplificationsTest, AnAutomaticAdjustmentSaysWhatItTook) {
   options.groups = Positions(0);
   std::get<PositionCorrection>(options.groups[0].model).prior_sigma_m.fill({10.0});
   const AdjustResult result = Adjust(known.block, options);
-  ASSERT_TRUE(result.accepted());
+  ASSERT_TRUE(result.usable());
   ASSERT_EQ(result.selection.simplifications.size(), 3U);
   ASSERT_TRUE(result.selection.simplified.fixed_track_axes);
   EXPECT_LE(result.selection.simplified_shift, 0.3);

@@ -81,8 +81,8 @@ double LargestCovarianceError(const AdjustResult& a, const AdjustResult& b) {
 }
 
 void ExpectSameOutcome(const AdjustResult& reduced, const AdjustResult& ceres) {
-  ASSERT_TRUE(reduced.accepted());
-  ASSERT_TRUE(ceres.accepted());
+  ASSERT_TRUE(reduced.usable());
+  ASSERT_TRUE(ceres.usable());
   ASSERT_EQ(reduced.points.status, ceres.points.status);
   ASSERT_EQ(reduced.looks.rejected, ceres.looks.rejected);
   EXPECT_NEAR(reduced.final_cost, ceres.final_cost, 1e-9 * ceres.final_cost);
@@ -192,7 +192,7 @@ TEST_P(SolverChoiceTest, AllReachTheSameSolutionWithOneThreadAndWithTwo) {
         SCOPED_TRACE(static_cast<int>(solver));
         made.options.ceres_solver = solver;
         const AdjustResult ceres = Solved(made, Engine::kCeres);
-        EXPECT_TRUE(ceres.accepted());
+        EXPECT_TRUE(ceres.usable());
         EXPECT_LE(LargestShift(made.block, best, ceres), tolerance);
       }
     }
@@ -360,7 +360,7 @@ TEST(ProgressOfStepsTest, ALimitThatEndsShrinkingStepsIsNamed) {
   SceneBlock made = test::SmallSceneBlock("leberl-aircraft");
   made.options.max_iterations = 1;
   const AdjustResult result = Adjust(made.block, made.options);
-  EXPECT_FALSE(result.accepted());
+  EXPECT_FALSE(result.usable());
   EXPECT_THAT(result.assessment.reasons,
               testing::Contains(testing::HasSubstr("max_iterations = 1 ")));
 }

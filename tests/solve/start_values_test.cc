@@ -45,7 +45,7 @@ class StartValuesTest : public testing::TestWithParam<bool> {};
 TEST_P(StartValuesTest, ErrorsOfKilometresLeadToTheSameSolution) {
   const test::KnownBlock known = NoisyBlock(GetParam());
   const AdjustResult well = Adjust(known.block, FreePositions());
-  ASSERT_TRUE(well.accepted());
+  ASSERT_TRUE(well.usable());
 
   Block badly = known.block;
   RandomStream random(5000, 2);
@@ -69,7 +69,7 @@ TEST_P(StartValuesTest, ErrorsOfKilometresLeadToTheSameSolution) {
     test::ShiftPath(i, shift_m[i], &badly);
   }
   const AdjustResult far = Adjust(badly, options);
-  ASSERT_TRUE(far.accepted()) << testing::PrintToString(far.warnings);
+  ASSERT_TRUE(far.usable()) << testing::PrintToString(far.warnings);
   EXPECT_LE(far.iterations, 50);
   for (std::size_t j = 0; j < known.truth_m.size(); ++j) {
     const SymmetricEnu& q = frame.points.covariance_m2[j];
@@ -94,7 +94,7 @@ TEST_P(StartValuesTest, GivenCoordinatesOfTiePointsAreStartValuesAndNothingMore)
     known.block.points.given_m[j] = known.truth_m[j] + Eigen::Vector3d(2900.0, -2900.0, 2900.0);
   }
   const AdjustResult given = Adjust(known.block, FreePositions());
-  ASSERT_TRUE(given.accepted());
+  ASSERT_TRUE(given.usable());
   EXPECT_EQ(given.observation_count, free.observation_count);
   for (std::size_t j = 0; j < known.truth_m.size(); ++j) {
     const double sigma_m = std::sqrt(free.points.covariance_m2[j][0]);
@@ -109,7 +109,7 @@ TEST(StartValuesReportTest, LooksOutsideTheirPathAreCountedAndNamed) {
   const std::size_t lost = known.block.looks.offsets[8] + 2;
   known.block.looks.time_s[lost] = known.block.passes[2].path.end_s() + 3.7;
   const AdjustResult result = Adjust(known.block, FreePositions());
-  EXPECT_TRUE(result.accepted());
+  EXPECT_TRUE(result.usable());
   EXPECT_EQ(result.looks_not_evaluated, 1U);
   EXPECT_EQ(result.looks_used, 99U);
   EXPECT_THAT(result.warnings,

@@ -193,7 +193,7 @@ BasinOutcome BasinScene::Run(const BasinCell& cell, const BasinWay& way, std::ui
   if (outcome.refused) return outcome;
   outcome.sigma0_squared = result.sigma0_squared;
   outcome.iterations = result.iterations;
-  outcome.accepted = result.accepted() && result.chi_square_passed;
+  outcome.accepted = result.usable() && result.chi_square_passed;
   if (!result.assessment.reasons.empty()) {
     outcome.words = result.assessment.reasons.front();
   } else if (!result.warnings.empty()) {

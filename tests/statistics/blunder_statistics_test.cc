@@ -111,7 +111,7 @@ TEST_P(BlunderStatisticsTest, FindsWhatItsRedundancyPromises) {
     Redraw(scene, kFirstSeed + draw, RedrawChoice{}, &simulated);
     if (size == 0.0) std::fill(simulated.blunder.begin(), simulated.blunder.end(), 0);
     const AdjustResult result = Adjust(simulated.block, options);
-    ASSERT_TRUE(result.accepted());
+    ASSERT_TRUE(result.usable());
     const std::vector<std::uint8_t> alone = AlonePlanted(simulated);
     const double critical = MakeReliability(options.quality, 1, 100.0).critical_w;
     for (std::uint64_t i = 0; i < simulated.blunder.size(); ++i) {
@@ -178,7 +178,7 @@ TEST_P(GoodBlockStatisticsTest, TestsOfTheLooksKeptHoldTheirLevel) {
   for (std::size_t draw = 0; draw < test::DrawsAsked(); ++draw) {
     Redraw(scene, kFirstSeed + draw, RedrawChoice{}, &simulated);
     const AdjustResult result = Adjust(simulated.block, options);
-    ASSERT_TRUE(result.accepted()) << testing::PrintToString(result.assessment.reasons);
+    ASSERT_TRUE(result.usable()) << testing::PrintToString(result.assessment.reasons);
     failed += result.chi_square_passed ? 0.0 : 1.0;
     const double low = ChiSquareInterval(0.95, result.redundancy()).lower;
     cut += 2.0 * result.final_cost < low ? 1.0 : 0.0;

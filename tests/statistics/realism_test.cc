@@ -96,7 +96,7 @@ TEST_P(PlantedVariancesTest, AreRecoveredWithinTheirStandardDeviations) {
       reported.passes[i].sigma.azimuth /= Planted(given.grouped, i)[1];
     }
     const AdjustResult result = Adjust(reported, options);
-    ASSERT_TRUE(result.accepted() && result.variance_components->converged)
+    ASSERT_TRUE(result.usable() && result.variance_components->converged)
         << draw << ' ' << testing::PrintToString(result.warnings);
     const std::vector<VarianceComponent>& found = result.variance_components->components;
     estimates.resize(found.size());
@@ -158,7 +158,7 @@ TEST_P(RepeatedNoiseTest, FillsTheRigorousEllipsoids) {
   options.covariance = CovarianceLevel::kMonteCarlo;
   options.montecarlo_runs = static_cast<int>(std::max<std::size_t>(test::DrawsAsked(), 30));
   const AdjustResult result = Adjust(simulated.block, options);
-  ASSERT_TRUE(result.accepted());
+  ASSERT_TRUE(result.usable());
   const MonteCarloReport& report = *result.montecarlo;
   ASSERT_EQ(report.runs, options.montecarlo_runs);
   ASSERT_EQ(report.points, simulated.block.points.size());

@@ -4,7 +4,7 @@
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
-#include "sarblock/files/adjust_options.h"
+#include "sarblock/files/block_file.h"
 #include "sarblock/files/scene_file.h"
 #include "sarblock/model/result.h"
 #include "sarblock/simulate/simulate.h"
@@ -146,7 +146,7 @@ SceneStatistics RunDraws(const Scene& scene,
     if (edit) edit(&reported);
     const AdjustResult result = Adjust(reported, options, {{ties[a], ties[b]}});
 
-    sums.accepted += result.accepted() ? 1u : 0u;
+    sums.accepted += result.usable() ? 1u : 0u;
     const std::vector<std::string>& reasons = result.assessment.reasons;
     sums.alarms += std::any_of(reasons.begin(), reasons.end(), [](const std::string& reason) {
       return reason.starts_with("tests of observations") || reason.starts_with("priors");

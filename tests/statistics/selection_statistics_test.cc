@@ -113,11 +113,11 @@ TEST_P(SelectionStatisticsTest, IsAsGoodAsTheBestFixedModelAndHonest) {
     Redraw(scene, error.first_seed + draw, RedrawChoice{}, &simulated);
     const AdjustResult result = Adjust(block, chosen);
     if (may_not_converge && result.status == AdjustStatus::kNotConverged) {
-      ASSERT_FALSE(result.accepted()) << draw;
+      ASSERT_FALSE(result.usable()) << draw;
       ++not_converged;
       continue;
     }
-    ASSERT_TRUE(result.accepted()) << draw;
+    ASSERT_TRUE(result.usable()) << draw;
     chosen_m2 += CheckSquare(simulated, result);
     parameters += static_cast<double>(result.parameters.size());
     const CheckResult& one = result.checks[draw % result.checks.size()];

@@ -32,7 +32,7 @@ TEST_P(GoodSceneTest, IsAdjustedAsItStands) {
   const Scene scene = test::ShippedScene(GetParam());
   const SimulatedBlock simulated = Simulate(scene);
   const AdjustResult result = Adjust(simulated.block, test::OptionsOf(scene, simulated.block));
-  EXPECT_TRUE(result.accepted());
+  EXPECT_TRUE(result.usable());
   EXPECT_EQ(
       std::count(result.points.status.begin(), result.points.status.end(), PointStatus::kAdjusted),
       static_cast<std::ptrdiff_t>(simulated.block.points.size()));
@@ -66,7 +66,7 @@ TEST_P(GoodSceneTest, ConvergesFromStartErrorsOfKilometres) {
     for (std::vector<double>& sigma_m : position.prior_sigma_m) sigma_m.at(0) = 1e5;
   }
   const AdjustResult plain = Adjust(simulated.block, options);
-  ASSERT_TRUE(plain.accepted()) << testing::PrintToString(plain.warnings);
+  ASSERT_TRUE(plain.usable()) << testing::PrintToString(plain.warnings);
 
   Block block = simulated.block;
   for (std::size_t i = 0; i < block.passes.size(); ++i) {
@@ -85,7 +85,7 @@ TEST_P(GoodSceneTest, ConvergesFromStartErrorsOfKilometres) {
         block.frame.EnuFromFrame(simulated.truth.points_m[j]).transpose() * enu_m;
   }
   const AdjustResult moved = Adjust(block, options);
-  EXPECT_TRUE(moved.accepted()) << testing::PrintToString(moved.warnings);
+  EXPECT_TRUE(moved.usable()) << testing::PrintToString(moved.warnings);
   for (std::size_t j = 0; j < block.points.size(); ++j) {
     ASSERT_EQ(moved.points.status[j], PointStatus::kAdjusted) << moved.points.reason[j];
     const SymmetricEnu& q = plain.points.covariance_m2[j];

@@ -268,7 +268,7 @@ TEST(BlunderSearchTest, FindsManyBlundersFromARobustStart) {
   }
   ASSERT_EQ(wrong.size(), 10U);
   const AdjustResult result = Adjust(known.block, Searching(Snooping::kRobust));
-  EXPECT_TRUE(result.accepted());
+  EXPECT_TRUE(result.usable());
   std::size_t good_lost = 0;
   for (std::size_t point = 0; point < known.block.points.size(); ++point) {
     for (std::uint64_t i = known.block.looks.offsets[point];

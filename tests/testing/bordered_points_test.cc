@@ -256,7 +256,7 @@ TEST(BorderedPointSearchTest, FindsTheWrongLookOfAPointThatHundredsOfPassesSee) 
   options.quality.snooping = Snooping::kIterative;
   options.quality.family_wise = FamilyWise::kSidak;
   const AdjustResult result = Adjust(known.block, options);
-  ASSERT_TRUE(result.accepted());
+  ASSERT_TRUE(result.usable());
   std::vector<std::size_t> rejected;
   for (std::size_t i = 0; i < looks.size(); ++i) {
     if (result.looks.rejected[i] != 0) rejected.push_back(i);

@@ -71,7 +71,7 @@ TEST_P(GroupsOfPriorsTest, AreThoseOfTheDenseEquations) {
   const test::KnownBlock known = BlockWithControl(43);
   const AdjustOptions options = Options();
   const AdjustResult result = Adjust(known.block, options);
-  ASSERT_TRUE(result.accepted());
+  ASSERT_TRUE(result.usable());
   AdjustmentProblem problem(known.block, options.groups, {}, options.priors);
   BlockState state = ComputeStartValues(&problem, nullptr).state;
   for (std::size_t point = 0; point < state.start_m.size(); ++point) {

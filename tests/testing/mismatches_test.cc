@@ -73,7 +73,7 @@ class MismatchesTest : public testing::TestWithParam<Way> {
 // more show it; those of two do not, and hold points that are off.
 TEST_P(MismatchesTest, LooksThatAreOffAlikeAreNotAccepted) {
   const AdjustResult result = AdjustThisWay(StripsWithErrors(9.0, false));
-  EXPECT_FALSE(result.accepted());
+  EXPECT_FALSE(result.usable());
   ASSERT_FALSE(result.assessment.reasons.empty());
   const std::string reason = result.assessment.reasons.front();
   EXPECT_EQ(reason.find("pass S4: "), 0U) << reason;
@@ -92,7 +92,7 @@ TEST_P(MismatchesTest, ErrorsOfBothSignsAreNoMismatch) {
 
 TEST_P(MismatchesTest, AGoodBlockHasNone) {
   const AdjustResult result = AdjustThisWay(StripsWithErrors(0.0, false));
-  EXPECT_TRUE(result.accepted()) << AllOf(result.assessment.reasons);
+  EXPECT_TRUE(result.usable()) << AllOf(result.assessment.reasons);
   EXPECT_EQ(AllOf(result.warnings).find("off alike"), std::string::npos);
 }
 
@@ -132,7 +132,7 @@ TEST(MismatchesOfManyLooksTest, AreLeftOutAsAWholeAndToldWithTheirSize) {
   options.groups = {{"position", position, {}, false}};
   options.quality.snooping = Snooping::kIterative;
   const AdjustResult result = Adjust(block, options);
-  EXPECT_TRUE(result.accepted()) << AllOf(result.assessment.reasons);
+  EXPECT_TRUE(result.usable()) << AllOf(result.assessment.reasons);
   const auto told = std::find_if(result.warnings.begin(), result.warnings.end(), [](auto& text) {
     return text.find("off alike by ") != std::string::npos;
   });

@@ -59,7 +59,7 @@ TEST(MonteCarloTest, CoversWhatTheRigorousCovarianceSays) {
   constexpr int kRuns = 400;
   const test::KnownBlock known = NoisyBlock();
   const AdjustResult result = Adjust(known.block, MonteCarloOptions(kRuns));
-  ASSERT_TRUE(result.accepted() && result.montecarlo);
+  ASSERT_TRUE(result.usable() && result.montecarlo);
   const MonteCarloReport& report = *result.montecarlo;
   EXPECT_EQ(report.runs, kRuns);
   EXPECT_EQ(report.failed, 0);
@@ -94,7 +94,7 @@ TEST(MonteCarloTest, DrawsMeasuredDopplers) {
   test::AddKnownPoint(7, {0.6, 0.6, 0.9}, &known);
   test::AddNoise(8, 1.0, &known);
   const AdjustResult result = Adjust(known.block, MonteCarloOptions(kRuns));
-  ASSERT_TRUE(result.accepted() && result.montecarlo);
+  ASSERT_TRUE(result.usable() && result.montecarlo);
   EXPECT_EQ(result.montecarlo->runs, kRuns);
   const Interval region = ChiSquareInterval(1.0 - 0.001 / 12.0, 3.0 * kRuns);
   for (std::size_t j = 0; j < 12; ++j) {

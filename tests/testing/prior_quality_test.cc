@@ -46,7 +46,7 @@ TEST(PriorQualityTest, RedundancyAndTestAreThoseOfTheDenseEquations) {
   const test::KnownBlock known = NoisyBlockWithControl();
   const AdjustOptions options = WithPriors();
   const AdjustResult result = Adjust(known.block, options);
-  ASSERT_TRUE(result.accepted());
+  ASSERT_TRUE(result.usable());
   AdjustmentProblem problem(known.block, options.groups);
   BlockState state = ComputeStartValues(&problem, nullptr).state;
   for (std::size_t point = 0; point < state.start_m.size(); ++point) {

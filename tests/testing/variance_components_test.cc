@@ -130,13 +130,13 @@ TEST(VarianceComponentsTest, GiveTheBlundersThatTheirStandardDeviationsGive) {
   AdjustOptions options = ConstantsOf();
   options.variance_components = VarianceComponents::kRangeAzimuth;
   const AdjustResult estimated = Adjust(known.block, options);
-  ASSERT_TRUE(estimated.accepted() && estimated.variance_components);
+  ASSERT_TRUE(estimated.usable() && estimated.variance_components);
   const auto& components = estimated.variance_components->components;
   Block again = known.block;
   Tell(1.0 / std::sqrt(components[0].factor), 1.0 / std::sqrt(components[1].factor), &again);
   options.variance_components = VarianceComponents::kNone;
   const AdjustResult given = Adjust(again, options);
-  ASSERT_TRUE(given.accepted());
+  ASSERT_TRUE(given.usable());
   const BlunderSizes a(known.block, options, estimated, 1.0), b(again, options, given, 1.0);
   for (std::size_t point = 0; point < again.points.size(); ++point) {
     for (std::size_t i = again.looks.offsets[point]; i < again.looks.offsets[point + 1]; ++i) {
@@ -157,7 +157,7 @@ TEST(VarianceComponentsTest, EndWhereEverySquareSumIsItsRedundancy) {
   AdjustOptions options = ConstantsOf();
   options.variance_components = VarianceComponents::kRangeAzimuth;
   const AdjustResult result = Adjust(known.block, options);
-  ASSERT_TRUE(result.accepted());
+  ASSERT_TRUE(result.usable());
   ASSERT_TRUE(result.variance_components.has_value());
   const VarianceComponentReport& report = *result.variance_components;
   EXPECT_TRUE(report.converged);
@@ -197,7 +197,7 @@ TEST(VarianceComponentsTest, DoNotDependOnTheVariancesGiven) {
   Block reported = known.block;
   Tell(4.0, 0.3, &reported);
   const AdjustResult other = Adjust(reported, options);
-  ASSERT_TRUE(plain.accepted() && other.accepted());
+  ASSERT_TRUE(plain.usable() && other.usable());
   for (std::size_t k = 0; k < 2; ++k) {
     const VarianceComponent& a = plain.variance_components->components[k];
     const VarianceComponent& b = other.variance_components->components[k];
@@ -220,7 +220,7 @@ TEST(VarianceComponentsTest, OfGroupsAndPassesFollowWhatIsPlanted) {
   options.variance_components = VarianceComponents::kRangeAzimuth;
   options.variance_groups = {{reported.passes[1].id, reported.passes[3].id}};
   const AdjustResult grouped = Adjust(reported, options);
-  ASSERT_TRUE(grouped.variance_components && grouped.accepted());
+  ASSERT_TRUE(grouped.variance_components && grouped.usable());
   const auto& two = grouped.variance_components->components;
   ASSERT_EQ(two.size(), 4U);
   EXPECT_EQ(two[0].group, reported.passes[1].id + "+" + reported.passes[3].id);
@@ -231,7 +231,7 @@ TEST(VarianceComponentsTest, OfGroupsAndPassesFollowWhatIsPlanted) {
   options.variance_groups.clear();
   options.variance_components = VarianceComponents::kPerPass;
   const AdjustResult each = Adjust(reported, options);
-  ASSERT_TRUE(each.variance_components && each.accepted());
+  ASSERT_TRUE(each.variance_components && each.usable());
   ASSERT_EQ(each.variance_components->components.size(), 8U);
   for (const VarianceComponent& c : each.variance_components->components) {
     const bool planted = c.component == 0 && (c.passes[0] == 1 || c.passes[0] == 3);
@@ -251,7 +251,7 @@ TEST(VarianceComponentsTest, WithoutRedundancyKeepTheirFactorAndAreNamed) {
   AdjustOptions options;
   options.variance_components = VarianceComponents::kRangeAzimuth;
   const AdjustResult result = Adjust(known.block, options);
-  ASSERT_TRUE(result.accepted());
+  ASSERT_TRUE(result.usable());
   for (const VarianceComponent& c : result.variance_components->components) {
     EXPECT_FALSE(c.estimated);
     EXPECT_EQ(c.factor, 1.0);
@@ -272,7 +272,7 @@ TEST(VarianceComponentsTest, UnderALossAreThoseOfTheLooksKept) {
   options.variance_components = VarianceComponents::kRangeAzimuth;
   options.robust = RobustLoss::kHuber;
   const AdjustResult result = Adjust(known.block, options);
-  ASSERT_TRUE(result.accepted()) << testing::PrintToString(result.warnings);
+  ASSERT_TRUE(result.usable()) << testing::PrintToString(result.warnings);
   for (const VarianceComponent& c : result.variance_components->components) {
     EXPECT_NEAR(c.factor, 1.0, 3.3 * c.factor_deviation);
     EXPECT_LE(c.looks, 237U);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/adjust/needs.h"
 #include "sarblock/block/block.h"
 #include "sarblock/core/progress.h"
 #include "sarblock/model/options.h"
@@ -60,6 +59,14 @@ namespace sarblock {
                                    const std::vector<Eigen::Vector3d>& positions_m,
                                    const PointPairs& pairs = {},
                                    ProgressSink* progress = nullptr);
+
+/// Makes the path of every pass from its recorded states (RecordedStates()) in the way that
+/// Pass::recorded.asked says: through the states, as an orbit, through the positions, or smoothed
+/// (docs/theory/flight_path.md#recorded-flights). kAuto takes the first of these whose error stays
+/// below a tenth of the standard deviation of azimuth, or the one of least error. Looks and strip
+/// spans must be set. Returns warnings: recordings whose errors matter, with what helps. Throws
+/// InputError for a block that Validate() refuses and states that no way reads.
+[[nodiscard]] std::vector<std::string> MakePaths(Block* block);
 
 /// Fills time and range of looks that have none from the geometry of known positions on the nominal
 /// paths; adds all visible looks where the block has none at all. Looks and points that cannot be

@@ -45,7 +45,8 @@ struct RecordingEffect {
   [[nodiscard]] bool Matters() const { return Total_m() > 0.1 * azimuth_sigma_m; }
 };
 
-/// How the flight of a pass was recorded and read.
+/// How the flight of a pass was recorded and read: ReadBlock() did what was asked; for a block in
+/// memory MakePaths() does (adjust/adjust.h).
 struct RecordedFlight {
   TrajectoryOptions asked;
   std::vector<StateVector> states;  ///< as recorded; empty: the states of the path

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+/// Version of these headers as a number to compare, 0.1.0 is 100: major * 10000 + minor * 100 +
+/// patch.
+#define SARBLOCK_VERSION 100
+
 #include <cstddef>
 #include <limits>
 #include <numbers>
@@ -17,18 +21,33 @@ struct FilePlace {
   std::string field;  ///< column name or dotted TOML key; may be empty
 };
 
-/// Input that cannot be used: a file, a table or a value a caller handed over.
-/// what() reads `FILE:LINE: field: what is wrong, what is allowed`. Exit code 3.
-class InputError : public std::runtime_error {
+/// What this library throws, beside std::bad_alloc and what a ProgressSink of the caller throws.
+class Error : public std::runtime_error {
  public:
-  InputError(const FilePlace& place, const std::string& problem);
-  /// For data that does not come from a file: `field: what is wrong, what is allowed`.
-  InputError(const std::string& field, const std::string& problem);
+  using std::runtime_error::runtime_error;
 };
 
-/// A block, or a part of it that was asked for, that its observations do not determine. Exit
-/// code 4. `names` are the parameters (`A1 position.across.0`) or points that cannot be known.
-class UndeterminedError : public std::runtime_error {
+/// Input that cannot be used: a file, a table or a value a caller handed over.
+/// what() reads `FILE:LINE: field: what is wrong, what is allowed`. The program's exit code is 3.
+class InputError : public Error {
+ public:
+  InputError(FilePlace place, std::string problem);
+  /// For data that does not come from a file: `field: what is wrong, what is allowed`.
+  InputError(std::string field, std::string problem);
+  /// Its `field` alone is set for data that does not come from a file: "looks.pass[5]".
+  [[nodiscard]] const FilePlace& place() const { return place_; }
+  /// What is wrong, what is allowed: what() without the place.
+  [[nodiscard]] const std::string& problem() const { return problem_; }
+
+ private:
+  FilePlace place_;
+  std::string problem_;
+};
+
+/// A block, or a part of it that was asked for, that its observations do not determine. The
+/// program's exit code is 4. `names` are the parameters (`A1 position.across.0`) or points that
+/// cannot be known.
+class UndeterminedError : public Error {
  public:
   UndeterminedError(const std::string& problem, std::vector<std::string> names);
   [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
@@ -37,10 +56,15 @@ class UndeterminedError : public std::runtime_error {
   std::vector<std::string> names_;
 };
 
-/// The user interrupted (Ctrl-C); nothing is left half written. Exit code 1.
-class Interrupted : public std::runtime_error {
+/// A ProgressSink asked to stop; nothing is left half written. The program's exit code is 1.
+class Interrupted : public Error {
  public:
-  explicit Interrupted(const std::string& stage);
+  explicit Interrupted(std::string stage);
+  /// What was going on.
+  [[nodiscard]] const std::string& stage() const { return stage_; }
+
+ private:
+  std::string stage_;
 };
 
 /// Angles are radians inside and degrees at the edges (files, messages).
@@ -53,7 +77,7 @@ inline constexpr double kSpeedOfLight_mps = 299792458.0;
 /// A number that is not there.
 inline constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-/// Version of this build, "0.1.0".
+/// Version of this build, "0.1.0"; that of the headers: SARBLOCK_VERSION.
 [[nodiscard]] const char* Version();
 
 }  // namespace sarblock

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace sarblock {
@@ -23,7 +26,8 @@ class IdTable {
   /// Index of `id`, appended if it is new. Ids that come in ascending order (by first character,
   /// length and characters: T9 before T10) are known to be new without a hash index.
   std::uint32_t FindOrAppend(std::string_view id);
-  /// Index of `id` or kNone. Builds its hash index on first use (not thread-safe until built).
+  /// Index of `id` or kNone. Builds its hash index on first use; any number of threads may call it
+  /// while none changes the table.
   [[nodiscard]] std::uint32_t Find(std::string_view id) const;
   /// The id closest to `id` by edit distance (letter case ignored), for "did you mean"; empty if
   /// the table is empty. In a table of more than 2000 ids those within three edits among the first
@@ -33,15 +37,45 @@ class IdTable {
   void DropIndex();
 
  private:
-  void BuildIndex() const;
+  /// Slots of a hash index; kNone is an empty one.
+  using Slots = std::vector<std::uint32_t>;
+  [[nodiscard]] Slots MakeIndex() const;
   /// Above 0 where `id` is after the last one, 0 where it is that one.
   [[nodiscard]] int OrderToLast(std::string_view id) const;
   std::uint32_t AppendInOrder(std::string_view id);
-  [[nodiscard]] std::size_t SlotOf(std::string_view id) const;
+  [[nodiscard]] std::size_t SlotOf(std::string_view id, const Slots& slots) const;
   std::string text_;
   std::vector<std::uint32_t> begin_{0};
-  bool ascending_ = true;                     // every id is after the one before it
-  mutable std::vector<std::uint32_t> slots_;  // open addressing; kNone is an empty slot
+  bool ascending_ = true;  // every id is after the one before it
+  /// Of open addressing, once it is needed; a copy of the table begins without.
+  class Index {
+   public:
+    Index() = default;
+    Index(const Index&) {}
+    Index(Index&& other) noexcept : slots_(other.slots_.exchange(nullptr)) {}
+    Index& operator=(const Index& other) {
+      if (this != &other) Set(nullptr);
+      return *this;
+    }
+    Index& operator=(Index&& other) noexcept {
+      if (this != &other) Set(other.slots_.exchange(nullptr));
+      return *this;
+    }
+    ~Index() { Set(nullptr); }
+    [[nodiscard]] Slots* get() const { return slots_.load(std::memory_order_acquire); }
+    void Set(Slots* slots) { delete slots_.exchange(slots); }
+    /// `made` unless another thread was sooner; what there is then.
+    Slots* Offer(Slots made) {
+      auto own = std::make_unique<Slots>(std::move(made));
+      Slots* there = nullptr;
+      if (slots_.compare_exchange_strong(there, own.get())) return own.release();
+      return there;
+    }
+
+   private:
+    std::atomic<Slots*> slots_{nullptr};
+  };
+  mutable Index index_;
 };
 
 /// Of `allowed`, the name closest to `name` by edit distance without regard to letter case

@@ -9,16 +9,18 @@
 namespace sarblock {
 
 /// Receives the progress of long work. The library prints nothing: the command line draws a bar.
-/// Calls come from one thread at a time.
+/// What Update() throws ends the work and comes out of the call.
 class ProgressSink {
  public:
   virtual ~ProgressSink() = default;
-  /// A named stage is `done` of `total` (total 0: unknown). `detail` is for people.
+  /// A named stage is `done` of `total` (total 0: unknown). `detail` is for people. Calls come from
+  /// one thread at a time.
   virtual void Update(std::string_view stage,
                       std::size_t done,
                       std::size_t total,
                       std::string_view detail) = 0;
-  /// True once the user asked to stop; work ends between steps by throwing Interrupted.
+  /// True once the user asked to stop: work ends soon, within a loop over points too, by throwing
+  /// Interrupted. Must answer any thread, several at once.
   [[nodiscard]] virtual bool Cancelled() const = 0;
 };
 
@@ -35,23 +37,6 @@ void Step(ProgressSink* sink,
           std::size_t done,
           std::size_t total,
           std::string_view detail = {});
-
-/// While one of these lives, ParallelForChunks() asks `sink` before every chunk whether to stop, in
-/// loops that this thread begins, and throws Interrupted then: who waits at a terminal need not
-/// wait for the end of a loop over a million points. `sink` must answer any thread.
-class CancellationScope {
- public:
-  explicit CancellationScope(const ProgressSink& sink);
-  ~CancellationScope();
-  CancellationScope(const CancellationScope&) = delete;
-  CancellationScope& operator=(const CancellationScope&) = delete;
-
-  /// The sink of the innermost scope of this thread; null without one.
-  [[nodiscard]] static const ProgressSink* Current();
-
- private:
-  const ProgressSink* outer_;
-};
 
 /// One of `count` parts of a series of tasks: those, counted from 0, whose number modulo `count` is
 /// `index`. Parts are for several processes or machines; every task is in one of them.

@@ -3,7 +3,6 @@
 
 #include "sarblock/block/block.h"
 #include "sarblock/core/progress.h"
-#include "sarblock/diagnose/diagnosis.h"
 #include "sarblock/model/options.h"
 #include "sarblock/model/result.h"
 
@@ -12,6 +11,13 @@
 #include <vector>
 
 namespace sarblock {
+
+/// How much a diagnosis may do.
+struct DiagnosisBounds {
+  /// Work in adjustments of the block, counted and not timed (docs/theory/diagnosis.md, eq. (11)).
+  /// Infinity: every hypothesis is tried.
+  double adjustments = 5.0;
+};
 
 /// Explains why a block contradicts itself by mistakes that people make: times, ranges, look sides,
 /// cones, flight paths, known positions, ids and standard deviations (docs/theory/diagnosis.md has
@@ -35,8 +41,8 @@ namespace sarblock {
                                  ProgressSink* progress = nullptr,
                                  const DiagnosisBounds& bounds = {});
 
-/// The diagnosis of a block whose result is not accepted or fails a test; nothing where all is well
-/// or `options.diagnose` is off. Its sentences become the first reasons of the verdict, its remarks
+/// The diagnosis of a block whose result is not accepted or fails a test; nothing where all is
+/// well. Its sentences become the first reasons of the verdict, its remarks
 /// warnings of the result unless `warnings`, those of reading the block, have them already.
 std::optional<Diagnosis> ExplainFailure(const Block& block,
                                         const AdjustOptions& options,

@@ -19,6 +19,48 @@
 
 namespace sarblock {
 
+/// One key of the `[adjust]` table (docs/adjust_options.md is made of these).
+struct AdjustOption {
+  std::string_view key;       ///< dotted, below `adjust`
+  std::string_view type;      ///< "text", "number", "integer", "flag", "list", ...
+  std::string_view allowed;   ///< names or bounds
+  std::string_view standard;  ///< what holds where the key is left out
+  std::string_view help;      ///< one sentence
+};
+
+/// The `[adjust]` table of a block: the options of Adjust() and what only a program with files can
+/// do, which functions on blocks in memory cannot.
+struct AdjustTable : AdjustOptions {
+  AdjustTable() = default;
+  AdjustTable(const AdjustOptions& options)  // NOLINT(google-explicit-constructor)
+      : AdjustOptions(options) {}
+
+  /// With pairs == kList: CSV with columns point_a, point_b, relative to the block, for
+  /// ReadPairs().
+  std::string pairs_file;
+  /// CSV with columns pass, point, rejected, such as residuals.csv of a result, relative to the
+  /// block, for ApplyRejections(); empty: none.
+  std::string rejections_file;
+  bool diagnose = true;  ///< a result whose tests fail is explained, see Diagnose()
+};
+
+/// Every key of `[adjust]`, in the order of the manual. The same table drives reading,
+/// `--dump-config` and the documentation.
+[[nodiscard]] std::span<const AdjustOption> AdjustOptionTable();
+
+/// Reads the `[adjust]` table of a TOML text (no table: the defaults). `file` is for messages,
+/// `pass_ids` are what `passes = [...]` may name. Everything not allowed throws InputError with
+/// place and key; an unknown key gets the nearest known one.
+/// `overrides` are `KEY=VALUE` with dotted keys below `adjust` ("correction.position.degree=2");
+/// a value that is no TOML is taken as a text.
+[[nodiscard]] AdjustTable ReadAdjustTable(std::string_view toml_text,
+                                          const std::string& file,
+                                          const std::vector<std::string>& pass_ids,
+                                          const std::vector<std::string>& overrides = {});
+
+/// The options as a TOML `[adjust]` table, defaults written out; reads back to the same options.
+[[nodiscard]] std::string DumpAdjustTable(const AdjustTable& options);
+
 /// Whether looks must carry their measured time and range.
 enum class Measurements {
   kRequired,
@@ -42,7 +84,7 @@ struct ReadOptions {
 /// A block folder as it was read.
 struct BlockFile {
   Block block;
-  AdjustOptions adjust;
+  AdjustTable adjust;
   std::vector<std::string> warnings;  ///< such as columns not known and ignored
 };
 
@@ -88,7 +130,7 @@ std::size_t ApplyRejections(const std::filesystem::path& folder,
 /// Tables of the other compression and, without `truth`, an older truth are removed.
 void WriteBlock(const std::filesystem::path& target,
                 const Block& block,
-                const AdjustOptions& adjust,
+                const AdjustTable& adjust,
                 const Truth* truth = nullptr,
                 Compression compression = Compression::kNone);
 

@@ -3,7 +3,7 @@
 
 #include "sarblock/block/block.h"
 #include "sarblock/core/progress.h"
-#include "sarblock/diagnose/diagnosis.h"
+#include "sarblock/files/block_file.h"
 #include "sarblock/model/options.h"
 #include "sarblock/model/result.h"
 #include "sarblock/tables/output.h"
@@ -34,7 +34,7 @@ struct InputFile {
 /// observations and points, or the one file of all, then the lists of pairs and rejections that
 /// `options` names. Files that are not there are left out: reading the block says what is missing.
 [[nodiscard]] std::vector<InputFile> ListInputFiles(const std::filesystem::path& block,
-                                                    const AdjustOptions& options);
+                                                    const AdjustTable& options);
 
 /// What a result folder says about the run beside the result itself.
 struct ResultContext {
@@ -52,7 +52,7 @@ struct ResultContext {
 /// Content of summary.json (docs/formats.md), a newline at the end. Figures that do not exist
 /// (NaN) are null.
 [[nodiscard]] std::string SummaryJson(const Block& block,
-                                      const AdjustOptions& options,
+                                      const AdjustTable& options,
                                       const AdjustResult& result,
                                       const ResultContext& context);
 
@@ -63,10 +63,10 @@ struct ResultContext {
 /// strips.csv, points.geojson (geocentric frames). Each file appears whole or not at all,
 /// summary.json last. Returns the summary that was written; its stages end with `write`, the cost
 /// of this call. Positions in frame axes [m]; standard deviations and covariances in east, north,
-/// up, times CovarianceFactor(); angles in degrees. What was not computed is an empty cell.
+/// up; angles in degrees. What was not computed is an empty cell.
 std::string WriteResult(const std::filesystem::path& target,
                         const Block& block,
-                        const AdjustOptions& options,
+                        const AdjustTable& options,
                         const AdjustResult& result,
                         const ResultContext& context);
 

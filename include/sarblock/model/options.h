@@ -73,6 +73,15 @@ using Correction = std::variant<PositionCorrection,
                                 TimeCorrection,
                                 SquintCorrection,
                                 TroposphereCorrection>;
+/// Its kind: the index of the variant.
+enum class CorrectionKind : std::uint8_t {
+  kPosition,
+  kVelocity,
+  kRange,
+  kTime,
+  kSquint,
+  kTroposphere
+};
 
 /// One group of corrections for some passes.
 struct CorrectionGroup {
@@ -146,6 +155,8 @@ struct JointPrior {
 /// position groups only where they have a component in common or have different axes.
 [[nodiscard]] bool Overlap(const CorrectionGroup& a, const CorrectionGroup& b);
 
+/// Corrections of an adjustment: the groups that are given (of which there may be none), none
+/// whatever is given, or those that the measurements show.
 enum class CorrectionChoice { kGiven, kNone, kAuto };
 enum class RobustLoss { kNone, kHuber, kCauchy, kTukey };
 enum class CovarianceLevel { kNone, kLeberl, kIntersection, kBlock, kMonteCarlo };
@@ -184,9 +195,13 @@ struct SelectionOptions {
   };
   Mode mode = Mode::kCommon;
   double significance = 0.05;  ///< level of the F tests of one step, all candidates together
-  /// Kinds tried where no correction groups are given; indices of CorrectionGroup::model. Velocity
-  /// errors act like a squint that differs from look to look and are tried only when asked for.
-  std::vector<std::size_t> kinds{0, 2, 3, 4, 5};
+  /// Kinds tried where no correction groups are given. Velocity errors act like a squint that
+  /// differs from look to look and are tried only when asked for.
+  std::vector<CorrectionKind> kinds{CorrectionKind::kPosition,
+                                    CorrectionKind::kRange,
+                                    CorrectionKind::kTime,
+                                    CorrectionKind::kSquint,
+                                    CorrectionKind::kTroposphere};
   int max_degree = 3;                                  ///< of position polynomials
   std::optional<std::vector<double>> knot_spacings_s;  ///< not given: a quarter and an eighth of
                                                        ///< the longest strip
@@ -196,24 +211,20 @@ struct SelectionOptions {
   static constexpr std::size_t kMaxSpacings = 3;
 };
 
-/// Why corrections = "auto" refuses joint priors.
-inline constexpr const char* kNoAutomaticPriors =
-    "stands beside corrections = \"auto\", which chooses among corrections with priors that are "
-    "independent; allowed is \"given\", or standard deviations in the correction tables";
-
-/// The `[adjust]` table of a block (interface.md). Defaults as there.
+/// What an adjustment is asked for: the `[adjust]` table of a block without what needs files
+/// (AdjustTable in files/block_file.h).
 struct AdjustOptions {
-  CorrectionChoice corrections = CorrectionChoice::kNone;
-  std::vector<CorrectionGroup> groups;  ///< used when corrections == kGiven;
-                                        ///< with kAuto the candidates, if there are some
+  CorrectionChoice corrections = CorrectionChoice::kGiven;
+  std::vector<CorrectionGroup> groups;  ///< that are estimated; with kAuto the candidates, if there
+                                        ///< are some
   std::vector<JointPrior> priors;       ///< of `groups`; not with kAuto
-  SelectionOptions selection;           ///< used when corrections == kAuto
+  SelectionOptions selection;           ///< of kAuto
   RobustLoss robust = RobustLoss::kNone;
   double robust_scale = 0.0;  ///< in sigmas; 0: 1.345 Huber, 2.385 Cauchy, 4.685 Tukey (95 percent
                               ///< efficiency at the normal distribution)
   CovarianceLevel covariance = CovarianceLevel::kBlock;
+  /// Differences of points; kList: those handed to Adjust() or Predict(), which need not be said.
   PairChoice pairs = PairChoice::kNone;
-  std::string pairs_file;  ///< kList: CSV with columns point_a, point_b, relative to the block
   Datum datum = Datum::kGiven;
   /// kInner: ids of the points whose coordinates fix the datum; empty: all that are solved.
   std::vector<std::string> datum_points;
@@ -232,23 +243,13 @@ struct AdjustOptions {
   CeresSolver ceres_solver = CeresSolver::kAuto;  ///< with Engine::kCeres alone
   CovarianceMethod covariance_method = CovarianceMethod::kAuto;
   QualityOptions quality;
-  std::string rejections_file;  ///< CSV with columns pass, point, rejected, such as residuals.csv
-                                ///< of a result, relative to the block; empty: none
-  double test_level = 0.999;    ///< chance that a block without mistakes passes all its tests
-  bool diagnose = true;         ///< the command explains a result whose tests fail, see diagnose.h
-  int threads = 1;              ///< set by the command line, not by the table
-  /// Memory that an adjustment may be predicted to need (adjust/needs.h); more is refused before
-  /// it is allocated. 0: what this computer has free. Set by the command line.
+  double test_level = 0.999;  ///< chance that a block without mistakes passes all its tests
+  /// Threads of a call at most, the caller's own among them; 0, or more than it has: all that it
+  /// may use. No other thread of the process is limited (a task arena of TBB). `--threads`.
+  int threads = 1;
+  /// Memory that an adjustment may be predicted to need (ResourceNeeds); more is refused before
+  /// it is allocated. 0: what this computer has free. `--memory`.
   double memory_mib = 0.0;
-};
-
-/// One key of the `[adjust]` table (docs/adjust_options.md is made of these).
-struct AdjustOption {
-  std::string_view key;       ///< dotted, below `adjust`
-  std::string_view type;      ///< "text", "number", "integer", "flag", "list", ...
-  std::string_view allowed;   ///< names or bounds
-  std::string_view standard;  ///< what holds where the key is left out
-  std::string_view help;      ///< one sentence
 };
 
 }  // namespace sarblock

@@ -471,8 +471,8 @@ struct CheckResult {
   Eigen::Vector3d error_enu_m = Eigen::Vector3d::Zero();  ///< NaN in components not known
   double chi_square = 0.0;  ///< e' Q^-1 e over the known components, both covariances in Q
   int components = 0;
-  /// Of the error, from the covariance of the point, times CovarianceFactor(), and that of the
-  /// known position; NaN where there is no error or no covariance.
+  /// Of the error, from the covariance of the point (scaled where it is) and that of the known
+  /// position; NaN where there is no error or no covariance.
   Eigen::Vector3d sigma_enu_m = Eigen::Vector3d::Constant(kNotGiven);
 };
 
@@ -488,7 +488,7 @@ struct StripStation {
   Eigen::Vector3d near_m = Eigen::Vector3d::Constant(kNotGiven);
   Eigen::Vector3d far_m = Eigen::Vector3d::Constant(kNotGiven);
   /// Position correction delta(t) along, across and up and its standard deviations; NaN where the
-  /// pass has no position correction, sigmas (not scaled) also where they were not computed.
+  /// pass has no position correction, sigmas also where they were not computed.
   Eigen::Vector3d correction_m = Eigen::Vector3d::Constant(kNotGiven);
   Eigen::Vector3d correction_sigma_m = Eigen::Vector3d::Constant(kNotGiven);
 };
@@ -513,8 +513,11 @@ inline constexpr double kRemainingRobustStepAccepted = 0.1;
 struct AdjustResult {
   AdjustStatus status = AdjustStatus::kNotConverged;
   Assessment assessment;  ///< the verdict, its reasons and the figures of the tests
-  /// Converged and determined: positions and standard deviations may be used.
-  [[nodiscard]] bool accepted() const { return assessment.verdict != Verdict::kNotAccepted; }
+  /// The verdict is `accepted`: converged, determined, and every test is passed.
+  [[nodiscard]] bool accepted() const { return assessment.verdict == Verdict::kAccepted; }
+  /// Converged and determined: positions and standard deviations may be used, though a test may
+  /// have failed.
+  [[nodiscard]] bool usable() const { return assessment.verdict != Verdict::kNotAccepted; }
   PointResults points;
   std::vector<ParameterResult> parameters;
   std::vector<JointPriorResult> joint_priors;
@@ -548,6 +551,9 @@ struct AdjustResult {
   double final_cost = 0.0;
   double gradient = 0.0;        ///< largest |g_i| / sqrt(H_ii), dimensionless
   double remaining_step = 0.0;  ///< length of the Newton step left, in sigmas
+  /// By which covariances and standard deviations of points, pairs, corrections and strips were
+  /// multiplied: sigma0_squared where AdjustOptions::scale_by_posterior asks for it, else 1.
+  double posterior_factor = 1.0;
   /// v'Pv over redundancy of looks and control, without priors; of all observations where the
   /// redundancy of the priors is not known (covariances not computed).
   double sigma0_squared = std::numeric_limits<double>::quiet_NaN();
@@ -560,9 +566,97 @@ struct AdjustResult {
   std::vector<std::string> warnings;
 };
 
-/// Factor on every covariance that is written or printed: sigma0_squared with
-/// `scale_by_posterior`, if there is one; else 1.
-[[nodiscard]] double CovarianceFactor(const AdjustOptions& options, const AdjustResult& result);
+/// What a mistake is about.
+enum class MistakeKind : std::uint8_t {
+  kTime,
+  kRange,
+  kCone,
+  kPath,
+  kControl,
+  kIds,
+  kSigma,
+  kModel,  ///< corrections that are missing, or their priors
+};
+[[nodiscard]] const char* NameOf(MistakeKind kind);  ///< "time", "range", "cone", ...
+
+/// One mistake that would explain why a block contradicts itself, with the evidence for it: the
+/// weighted square sum v'Pv of a sample of the block as it is and with the mistake undone.
+struct Explanation {
+  MistakeKind kind = MistakeKind::kTime;
+  std::string cause;     ///< stable word for programs: "time.constant", "ids.exchanged"
+  std::string sentence;  ///< for people: what is wrong, how much of v'Pv it takes, what to change
+  std::vector<std::string> passes;  ///< ids of the passes concerned; empty: all
+  std::vector<std::string> points;  ///< ids of the points concerned
+  double value = kNotGiven;         ///< size of the mistake; NaN where it has none
+  double sigma = kNotGiven;         ///< its standard deviation
+  std::string unit;                 ///< of value and sigma: "s", "m", "1", "rad/s"
+  std::string equals;  ///< the known number that the value equals within its sigma; else empty
+  std::string change;  ///< what to change: file and column, key of block.toml, correction
+  double part = 0.0;   ///< of v'Pv that it takes away
+  double square_sum_before = 0.0;  ///< v'Pv of the sample as it is
+  double square_sum_after = 0.0;   ///< and with the mistake undone
+  double redundancy_before = 0.0;  ///< of the sample as it is
+  double redundancy_after = 0.0;   ///< less the parameters that undo the mistake
+  /// The block as a whole with the mistake undone (docs/theory/diagnosis.md, "Cure").
+  struct Cure {
+    bool tried = false;  ///< solved; else the figures below are none
+    bool cures = false;  ///< looks and control, and the priors, are within their bands
+    double factor = kNotGiven, lower = kNotGiven, upper = kNotGiven;  ///< looks and control
+    double priors_factor = kNotGiven;                                 ///< NaN without priors
+    std::size_t points = 0;  ///< of the block or, where it is very large, of a part of it
+  };
+  Cure cure;
+  /// Looks of the sample without a place (no intersection, or one where they do not look to).
+  std::size_t looks_lost_before = 0, looks_lost_after = 0;
+};
+
+/// What was found, the most likely explanation first.
+struct Diagnosis {
+  bool contradicts = false;  ///< the sample fails its global test, or looks find no place
+  std::vector<Explanation> explanations;
+  /// What the residuals show that is no noise, where a standard deviation would explain them but
+  /// for that; else empty.
+  std::string pattern;
+  std::vector<std::string> remarks;  ///< seen before any test: passes or points that are copies
+  double square_sum = 0.0;           ///< v'Pv of the sample, check points as control
+  double redundancy = 0.0;
+  std::size_t points = 0;  ///< of the sample
+  int hypotheses = 0;      ///< tried
+  int solutions = 0;       ///< of the sample
+  /// Hypotheses, or points that may be mistaken, that the bound of the work left untried.
+  int untried = 0;
+  /// Work done and its bound, in looks formed (docs/theory/diagnosis.md, eq. (11)).
+  double work = 0.0, max_work = 0.0;
+  /// Sentences for people, "most likely: " before the first explanation, "or: " before others.
+  [[nodiscard]] std::vector<std::string> Sentences() const;
+};
+
+/// What an adjustment takes of a computer, predicted from the block and the pattern of its reduced
+/// normal matrix S (docs/theory/covariance.md) before anything of that is allocated. Memory in
+/// bytes, of 8 a number; work in operations, a product and its sum. Fronts are those of one thread;
+/// each further one may keep a branch of the elimination tree more.
+struct ResourceNeeds {
+  std::uint64_t looks_bytes = 0;   ///< looks, their weights and what a result says of them
+  std::uint64_t points_bytes = 0;  ///< points, their state and what a result says of them
+  std::uint64_t block_bytes = 0;   ///< of both, memory that a block takes as it was read
+  /// Of both, arrays large enough for scratch files (src/core/memory.h) ...
+  std::uint64_t large_bytes = 0;
+  std::uint64_t scratch_bytes = 0;  ///< ... and the part of these in scratch files, not in memory
+  std::uint64_t matrix_bytes = 0;   ///< S, as formed and scaled
+  std::uint64_t partial_sums_bytes = 0;  ///< of S while it is formed
+  std::uint64_t factor_bytes = 0;        ///< L of S = L L'
+  std::uint64_t fronts_bytes = 0;        ///< while it is formed, update matrices that wait
+  std::uint64_t inverse_bytes = 0;       ///< S^-1 on the pattern of S and the fronts it comes from
+  double sum_operations = 0.0;           ///< of one sum of S
+  double factor_operations = 0.0;        ///< of one factor
+  /// The most memory at one time: looks and points always, less scratch files, with S in turn its
+  /// partial sums, its factor and its inverse.
+  std::uint64_t peak_bytes = 0;
+};
+
+/// In words, on one line: "memory 41 MiB (looks 12, ...); operations: S 3.1e+07, factor 2.2e+05";
+/// with scratch files "memory 29 MiB, 12 MiB in scratch files (looks 12, ...)".
+[[nodiscard]] std::string DescribeNeeds(const ResourceNeeds& needs);
 
 /// Adds a reason for which a result is not accepted.
 void Refuse(AdjustResult* result, const std::string& reason);

@@ -89,6 +89,11 @@ enum class FolderContent { kResult, kBlock, kStudy };
 [[nodiscard]] std::string NameAt(const std::filesystem::path& path);
 /// Whether there is an HDF5 file.
 [[nodiscard]] bool IsContainer(const std::filesystem::path& path);
+/// Whether HDF5 files are tried in a process of their own before they are read (true at first), by
+/// posix_spawn() and without a handler of SIGCHLD: libhdf5 does not bear every damaged file. A host
+/// that wants no child processes reads such a file at the risk of its own. Of the whole process;
+/// any thread may call it.
+void TryHdf5Apart(bool apart);
 /// What an HDF5 file says that it holds; nothing if it is not one of ours or cannot be read.
 [[nodiscard]] std::optional<FolderContent> ContentOf(const std::filesystem::path& container);
 

@@ -9,7 +9,11 @@ _Progress = Optional[Callable[[str, int, int, str], object]]
 
 __version__: str
 
-class InputError(ValueError): ...
+class InputError(ValueError):
+    file: str
+    line: int
+    field: str
+    problem: str
 
 class UndeterminedError(RuntimeError):
     names: list[str]
