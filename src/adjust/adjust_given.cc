@@ -16,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/text.h"
 #include "core/threads.h"
 #include "finish.h"
 #include "needs.h"
@@ -29,6 +30,7 @@
 #include "quality/point_sweep.h"
 #include "quality/reliability.h"
 #include "quality/result_covariance.h"
+#include "quality/shifted_group.h"
 #include "quality/variance_components.h"
 #include "solve/inner_datum.h"
 #include "solve/rank.h"
@@ -314,11 +316,6 @@ RobustOutcome SettleRobust(const Solution& solution,
   out.dropped = DropOutliers(state, &problem);
   LeaveOutUndecided(state, out.dropped, &problem);
   LeaveOutStarved(&problem);
-  if (!out.dropped.empty()) {
-    Warn(result,
-         std::to_string(out.dropped.size()) +
-             " looks were dropped as outliers after the robust solution");
-  }
   RequireSolvable(problem);
   options->robust = RobustLoss::kNone;
   SolveOnce(*options, &problem, &state, solution.solve, solution.system, progress);
@@ -350,6 +347,27 @@ void Search(const AdjustOptions& options,
                          solution.system,
                          solution.defects,
                          progress);
+}
+
+/// Whether the looks that were left out are a group of one pass; it then takes their place.
+void SearchForGroup(const AdjustOptions& options,
+                    const Solution& solution,
+                    RobustOutcome* robust,
+                    ProgressSink* progress,
+                    AdjustResult* result) {
+  if (!options.quality.consensus || !solution.solve->converged) return;
+  std::vector<std::uint64_t> lost(robust->dropped.begin(), robust->dropped.end());
+  if (result->snooping) {
+    const std::vector<std::uint64_t> left_out = LooksLeftOut(*result->snooping);
+    lost.insert(lost.end(), left_out.begin(), left_out.end());
+  }
+  if (lost.empty()) return;
+  const StageTimer timer("group", &result->stages);
+  std::optional<SnoopingReport> found = SearchShiftedGroup(options, lost, solution, progress);
+  if (!found) return;
+  result->snooping = std::move(found);
+  robust->dropped.clear();
+  result->looks.weight.clear();
 }
 
 /// Solution and search as requested; if they contradict themselves, or there is no solution, by
@@ -488,15 +506,27 @@ AdjustResult AdjustGiven(const Block& block,
   const Solution solution{&problem, &state, &solve, &system, &defects};
   bool unsettled = false;
   AdjustOptions options = SolveAndSearch(asked, solution, progress, &result, &unsettled);
+  RobustOutcome robust;
+  if (!unsettled && options.robust == RobustLoss::kNone) {
+    SearchForGroup(options, solution, &robust, progress, &result);
+  }
   if (options.variance_components != VarianceComponents::kNone) {
     EstimateComponents(options, &problem, &state, &solve, &result, progress);
     system.emplace(problem, KeptFactors::kMaxBytes);  // that before had other weights
     system->Form(state, {}, progress);
     RecoverMirrorSolutions(options, &problem, &state, &solve, &system, &defects, progress);
   }
-  RobustOutcome robust;
   if (options.robust != RobustLoss::kNone) {
     robust = SettleRobust(solution, &options, progress, &result);
+    // Estimated components are not those of another choice of looks.
+    if (!unsettled && robust.why_none.empty() && !result.variance_components) {
+      SearchForGroup(options, solution, &robust, progress, &result);
+    }
+    if (!robust.dropped.empty()) {
+      Warn(&result,
+           std::to_string(robust.dropped.size()) +
+               " looks were dropped as outliers after the robust solution");
+    }
   }
   std::optional<DatumTransform> datum;
   double cost_before_datum = std::numeric_limits<double>::quiet_NaN();

@@ -14,6 +14,7 @@
 
 #include "assess.h"
 #include "core/text.h"
+#include "shifted_group.h"
 #include "solve/solve_block.h"
 
 namespace sarblock {
@@ -66,6 +67,7 @@ struct Mismatch {
   std::array<double, 2> shift_px{kNotGiven, kNotGiven};
   /// Points at which a look of this pass would hardly show the same error.
   std::size_t unchecked = 0;
+  bool is_group = false;  ///< no shift of another pass explains as much (shifted_group.h)
   [[nodiscard]] bool alike() const { return !std::isnan(shift_m[0]) || !std::isnan(shift_m[1]); }
 };
 
@@ -99,7 +101,7 @@ bool Shows(const AdjustmentProblem& problem,
 
 /// Points at which a look of the pass may hold the same error: kept ones that would hardly show it,
 /// and points whose look of this pass was left out for one of only two others, where theirs may be
-/// the wrong ones.
+/// the wrong ones, unless the looks left out were compared with those of the other passes.
 std::size_t CountUnchecked(const AdjustmentProblem& problem,
                            const BlunderSizes& sizes,
                            const AdjustResult& result,
@@ -114,7 +116,7 @@ std::size_t CountUnchecked(const AdjustmentProblem& problem,
       if (looks.pass[i] != mismatch.pass) continue;
       if (problem.look_used[i] != 0) {
         open = open || !Shows(problem, sizes, result, error_m, point, i);
-      } else if (mismatch.alike() && IsLost(result.looks.reason[i])) {
+      } else if (mismatch.alike() && !mismatch.is_group && IsLost(result.looks.reason[i])) {
         open = open || (CountUsed(problem, point) <= 2 && problem.control_of[point] < 0);
       }
     }
@@ -140,6 +142,7 @@ std::string Describe(const Block& block, const Mismatch& mismatch) {
     }
     next = " and ";
   }
+  if (mismatch.is_group) text += ", which no shift of another pass explains as well";
   return text + " (a repeated pattern matched with the next one, or an error of the pass)";
 }
 
@@ -155,6 +158,15 @@ std::array<double, 2> InRaster(const Block& block,
   const double pixel_m = SlantRangePerPixel_m(*image, at).value_or(kNotGiven);
   const double line_m = AlongRate_mps(block, look, p_m) * image->line_interval_s;
   return {shift_m[0] / pixel_m, shift_m[1] / line_m};
+}
+
+/// The pass of which a group of looks was left out as a whole.
+std::optional<std::size_t> PassOfGroup(const Block& block, const AdjustResult& result) {
+  if (!result.snooping) return std::nullopt;
+  for (const BlunderFinding& finding : result.snooping->findings) {
+    if (finding.note == kOffLikeOthers) return block.looks.pass[finding.looks.front()];
+  }
+  return std::nullopt;
 }
 
 /// The pass that lost most first.
@@ -183,12 +195,14 @@ std::vector<Mismatch> FindMismatches(const AdjustmentProblem& problem,
   const std::optional<std::size_t> loses_more = PassThatLosesMore(by_pass, kChance);
   const double chance = kChance / (2.0 * static_cast<double>(std::max<std::size_t>(1, passes)));
   const BlunderSizes sizes(block, options, result, 1.0);
+  const std::optional<std::size_t> group_of = PassOfGroup(block, result);
   std::vector<Mismatch> out;
   for (std::size_t pass = 0; pass < passes; ++pass) {
     Mismatch mismatch;
     mismatch.pass = static_cast<std::uint32_t>(pass);
     mismatch.lost = lost[pass];
     mismatch.given = by_pass[pass].all.kept + by_pass[pass].all.lost;
+    mismatch.is_group = group_of == pass;
     std::array<double, 2> error_m{};
     for (std::size_t k = 0; k < 2; ++k) {
       const Sample& sample = samples[pass][k];

@@ -7,6 +7,8 @@
     tests/attack/attack.py disks     PROGRAM [--seed 1] [--count 20]
     tests/attack/attack.py exchanges PROGRAM [--seed 1] [--count 200] [--points N]
     tests/attack/attack.py mismatches PROGRAM [--seed 1] [--count 48] [--points N]
+    tests/attack/attack.py reads     PROGRAM [--count 100] [--limit 20]
+    tests/attack/attack.py outputs   PROGRAM [--count 80]
 
 `inputs`     one to four mistakes in a file that a command reads (mutations.py), over the inputs of
              inputs.py, half of the runs over an older output. Asserted: an exit code of
@@ -21,6 +23,11 @@
 `exchanges`  two points exchanged in one image, over four scenes and six ways to adjust (matching.py):
              no accepted result holds a point off by more than ten of its standard deviations.
 `mismatches` thirty per cent of the tie looks of one image off alike, the same scenes and ways; the same.
+`reads`      Python processes whose threads read HDF5 files beside others that write one, use h5py or multiply by
+             numpy, and Ctrl-C (sharing.py): each ends well; none after three times --limit seconds is a hang. Needs the package
+             beside the program, and an interpreter with numpy and h5py.
+`outputs`    two runs at once into one folder: plainly, as process 1 of a namespace each, over slow renames. The folder
+             is whole, of one run, and read by `report`; the other run says who writes there.
 
 Trial N depends on the seed and N alone; --only N repeats it. What fails is printed and kept in
 SCRATCH/failed. Prints a table; exit status 1 if anything failed. Runs one process at a time, with one
@@ -33,6 +40,7 @@ import tempfile
 
 import damage
 import matching
+import sharing
 import trials
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -40,7 +48,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("attack", choices=("inputs", "signals", "disks", *matching.MISTAKES))
+    parser.add_argument("attack", choices=("inputs", "signals", "disks", *matching.MISTAKES, *sharing.ATTACKS))
     parser.add_argument("program", type=pathlib.Path)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int)
@@ -58,6 +66,9 @@ def main():
             count = options.count or (200 if options.attack == "exchanges" else 48)
             failed = matching.run(program, ROOT / "datasets/scenes", scratch, options.attack, options.seed, count,
                                    options.points, sys.stderr)
+        elif options.attack in sharing.ATTACKS:
+            count = options.count or sharing.ROUNDS[options.attack]
+            failed = sharing.run(program, ROOT, scratch, options.attack, count, 3.0 * options.limit, sys.stderr)
         elif options.attack == "inputs":
             failed = trials.run(program, ROOT, scratch, options)
         else:

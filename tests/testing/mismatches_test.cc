@@ -147,5 +147,71 @@ TEST(MismatchesOfManyLooksTest, AreLeftOutAsAWholeAndToldWithTheirSize) {
   EXPECT_NEAR(std::abs(std::stod(told->substr(pixels + 13))), 50.0, 50.0 / 30.0) << *told;
 }
 
+/// moon-alse, three looks per point on nearly parallel paths; a third of the tie looks of R3 are
+/// `error_m` too long. Of every three looks each alone explains a contradiction of ranges.
+test::SceneBlock ThreeLooksWithErrors(double error_m, std::vector<std::size_t>* shifted) {
+  test::SceneBlock scene = test::SimulatedSceneBlock("scenes", "moon-alse", {"points.count=150"});
+  const std::vector<std::size_t> looks = TieLooks(scene.block, PassOf(scene.block, "R3"));
+  for (std::size_t k = 0; k < looks.size(); k += 3) {
+    scene.block.looks.range_m[looks[k]] += error_m;
+    shifted->push_back(looks[k]);
+  }
+  return scene;
+}
+
+class GroupOfLooksTest : public MismatchesTest {};
+
+// The mistake is known. Common shifts of R1 and R2 explain each point as well, but not all of them
+// by one size: the looks of R3 are left out, with few others, and their size is that planted.
+TEST_P(GroupOfLooksTest, IsFoundInThePassThatItIsOf) {
+  constexpr double kError_m = 79.3;
+  std::vector<std::size_t> shifted;
+  test::SceneBlock scene = ThreeLooksWithErrors(kError_m, &shifted);
+  const Block& block = scene.block;
+  const std::size_t pass = PassOf(block, "R3");
+  const AdjustResult result = AdjustThisWay(scene);
+  std::size_t found = 0, others = 0;
+  ASSERT_EQ(result.looks.reason.size(), block.looks.size());
+  for (std::size_t i = 0; i < block.looks.size(); ++i) {
+    const RejectReason reason = result.looks.reason[i];
+    if (reason != RejectReason::kBlunder && reason != RejectReason::kSuspect) continue;
+    const bool planted = std::find(shifted.begin(), shifted.end(), i) != shifted.end();
+    EXPECT_EQ(block.looks.pass[i], pass);
+    ++(planted ? found : others);
+  }
+  // Of the error of a range 0.04 shows, four standard deviations: a look in ten is judged wrongly.
+  EXPECT_GT(found, (3 * shifted.size()) / 4);
+  EXPECT_LT(others, shifted.size() / 4);
+  EXPECT_FALSE(result.accepted());  // for the same reason
+  ASSERT_FALSE(result.assessment.reasons.empty());
+  const std::string reason = result.assessment.reasons.front();
+  EXPECT_EQ(reason.find("pass R3: "), 0U) << reason;
+  EXPECT_NE(reason.find("which no shift of another pass explains as well"), std::string::npos);
+  const std::string lead = "off alike by ";
+  ASSERT_NE(reason.find(lead), std::string::npos) << reason;
+  // Thirty residuals, each with five times the noise of its look of 4 m.
+  EXPECT_NEAR(
+      -std::stod(reason.substr(reason.find(lead) + lead.size())), kError_m, 5.0 * 5.0 * 4.0 / 5.5);
+}
+
+// Looks of both signs are no group of any pass.
+TEST_P(GroupOfLooksTest, IsNoneWhereErrorsAreScattered) {
+  std::vector<std::size_t> shifted;
+  test::SceneBlock scene = ThreeLooksWithErrors(79.3, &shifted);
+  for (std::size_t k = 0; k < shifted.size(); k += 2) {
+    scene.block.looks.range_m[shifted[k]] -= 2.0 * 79.3;
+  }
+  const AdjustResult result = AdjustThisWay(scene);
+  const std::string all = AllOf(result.assessment.reasons) + AllOf(result.warnings);
+  EXPECT_EQ(all.find("no shift of another pass"), std::string::npos) << all;
+}
+
+INSTANTIATE_TEST_SUITE_P(Ways,
+                         GroupOfLooksTest,
+                         testing::Values(Way{"iterative", Snooping::kIterative, RobustLoss::kNone},
+                                         Way{"robust", Snooping::kRobust, RobustLoss::kNone},
+                                         Way{"tukey", Snooping::kNone, RobustLoss::kTukey}),
+                         [](const auto& at) { return std::string(at.param.name); });
+
 }  // namespace
 }  // namespace sarblock
