@@ -182,7 +182,7 @@ TEST_P(GroupOfLooksTest, IsFoundInThePassThatItIsOf) {
   // Of the error of a range 0.04 shows, four standard deviations: a look in ten is judged wrongly.
   EXPECT_GT(found, (3 * shifted.size()) / 4);
   EXPECT_LT(others, shifted.size() / 4);
-  EXPECT_FALSE(result.accepted());  // for the same reason
+  EXPECT_FALSE(result.usable());  // for the same reason
   ASSERT_FALSE(result.assessment.reasons.empty());
   const std::string reason = result.assessment.reasons.front();
   EXPECT_EQ(reason.find("pass R3: "), 0U) << reason;
