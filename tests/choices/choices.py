@@ -2,11 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the program says of good blocks under the corrections that users choose.
 
-    tests/choices/choices.py PROGRAM -o FOLDER [--seeds 0,1] [--scenes uav,moon-alse] [--only REGEX] [--jobs 2]
+    tests/choices/choices.py PROGRAM -o FOLDER [--seeds 0,1] [--scenes uav,moon-alse] [--only REGEX] [--biases all]
+                             [--engines] [--jobs 2]
 
 Ten ideal and four recorded scenes of datasets/scenes with 400 to 600 points, none of them with a mistake. Each is
 adjusted with 22 choices: no corrections; polynomials of degree 0, 1, 2 and 4 and splines of eight knots in the longest
-strip, with priors of 10, 100 and 1,000 m on each axis; degree 1 and splines with a range and a time bias too.
+strip, with priors of 10, 100 and 1,000 m on each axis; degree 1 and splines with a range and a time bias too, with
+--biases all every choice but none. With --engines each is adjusted by engine=ceres as well, and the largest difference
+of a point is printed, in its standard deviations along an axis.
 
 What is so is known from truth_passes.csv, apart from the program: the errors of the recorded paths in track axes,
 fitted by least squares in the terms of the choice.
@@ -36,18 +39,20 @@ import numpy as np
 SCENES = pathlib.Path(__file__).resolve().parents[2] / "datasets" / "scenes"
 IDEAL = ("block-12-strips convergent-squint cross-wise different-altitudes earth-asc-desc earth-same-side leberl-aircraft "
          "leberl-voir moon-alse venus-magellan").split()
+TERMS = (0, 1, 2, 4, "spline")
+BIASES = {"some": (1, "spline"), "all": TERMS}
 RECORDED = "airborne-turbulent downlink-orbit sparse-orbit uav".split()
 PRIORS_M = (10, 100, 1000)
 TIGHT, LEFT_M = 3.0, 0.3
 CAUSES = {"missing": {"model.missing"}, "tight": {"model.priors"}, "degree": {"model.degree", "model.knots"}, "holds": set()}
 
 
-def choices():
+def choices(biases_of):
     """(name, terms, prior in metres, whether range and time have a bias); terms: None, a degree or "spline"."""
     yield "none", None, 0, False
-    for terms in (0, 1, 2, 4, "spline"):
+    for terms in TERMS:
         for prior_m in PRIORS_M:
-            for biases in (False, True) if terms in (1, "spline") else (False,):
+            for biases in (False, True) if terms in biases_of else (False,):
                 yield f"{terms}-{prior_m}" + ("-biases" if biases else ""), terms, prior_m, biases
 
 
@@ -149,19 +154,42 @@ def block_text(block, errors, terms, prior_m, biases):
     return "\n".join([*text, ""])
 
 
+def enu_from_frame(row):
+    """The rotation to the axes of a point's standard deviations."""
+    if not row.get("lat_deg"):
+        return np.eye(3)
+    lat, lon = math.radians(float(row["lat_deg"])), math.radians(float(row["lon_deg"]))
+    return np.array([[-math.sin(lon), math.cos(lon), 0],
+                     [-math.sin(lat) * math.cos(lon), -math.sin(lat) * math.sin(lon), math.cos(lat)],
+                     [math.cos(lat) * math.cos(lon), math.cos(lat) * math.sin(lon), math.sin(lat)]])
+
+
+def positions(table):
+    return {row["point"]: [float(row[name] or "nan") for name in ("x_m", "y_m", "z_m")] for row in table}
+
+
+def apart(result, other):
+    """Largest difference of a point between two results, in its standard deviations along an axis."""
+    there, largest = positions(rows(other / "points.csv")), 0.0
+    for row in rows(result / "points.csv"):
+        if not row["sigma_e_m"]:
+            continue
+        here = np.array([float(row[name]) for name in ("x_m", "y_m", "z_m")])
+        off = enu_from_frame(row) @ (here - there[row["point"]])
+        sigmas = [float(row[f"sigma_{axis}_m"]) for axis in "enu"]
+        largest = max(largest, float(np.nan_to_num(np.abs(off) / sigmas, nan=np.inf).max()))
+    return largest
+
+
 def mean_normalised_square(block, result):
     """e'C^-1 e / 3 of the points that are no control, by truth.csv."""
-    truth = {row["point"]: [float(row[name]) for name in ("x_m", "y_m", "z_m")] for row in rows(block / "truth.csv")}
+    truth = positions(rows(block / "truth.csv"))
     squares = []
     for row in rows(result / "points.csv"):
         if row["role"] == "control" or row["status"] != "adjusted" or row["point"] not in truth or not row["sigma_e_m"]:
             continue
         error_m = np.array([float(row[name]) for name in ("x_m", "y_m", "z_m")]) - truth[row["point"]]
-        if row.get("lat_deg"):
-            lat, lon = math.radians(float(row["lat_deg"])), math.radians(float(row["lon_deg"]))
-            error_m = np.array([[-math.sin(lon), math.cos(lon), 0],
-                                [-math.sin(lat) * math.cos(lon), -math.sin(lat) * math.sin(lon), math.cos(lat)],
-                                [math.cos(lat) * math.cos(lon), math.cos(lat) * math.sin(lon), math.sin(lat)]]) @ error_m
+        error_m = enu_from_frame(row) @ error_m
         c = np.diag([float(row[f"sigma_{axis}_m"]) ** 2 for axis in "enu"])
         for i, j, name in ((0, 1, "en"), (0, 2, "eu"), (1, 2, "nu")):
             c[i, j] = c[j, i] = float(row[f"cov_{name}_m2"])
@@ -169,7 +197,23 @@ def mean_normalised_square(block, result):
     return float(np.mean(squares)) if squares else math.nan
 
 
-def adjust(program, block, errors, choice, folder):
+def run(program, folder, result, *options):
+    ended = subprocess.run([program, "adjust", folder, "-o", result, "--quiet", "--force", "--threads", "1", *options],
+                           capture_output=True, text=True, check=False)
+    if ended.returncode > 1:
+        return {"verdict": "refused", "cause": "", "reason": ended.stderr.strip().split("\n")[0]}
+    summary = json.loads((result / "summary.json").read_text(encoding="utf-8"))
+    explanations = summary.get("diagnosis") or []
+    reasons = summary["verdict_reasons"]
+    cause = explanations[0]["cause"] if explanations else ""
+    if not cause and reasons and reasons[0].startswith("priors: the observations contradict"):
+        cause = "model.priors"
+    return {"verdict": summary["verdict"], "cause": cause, "reason": reasons[0] if reasons else "",
+            "sigma0_squared": summary["sigma0_squared"], "iterations": summary["iterations"],
+            "converged": not any(reason.startswith("not converged") for reason in reasons)}
+
+
+def adjust(program, block, errors, choice, engines, folder):
     name, terms, prior_m, biases = choice
     folder = folder / name
     folder.mkdir(parents=True, exist_ok=True)
@@ -178,22 +222,16 @@ def adjust(program, block, errors, choice, folder):
             (folder / file.name).symlink_to(file.resolve())
     (folder / "block.toml").write_text(block_text(block, errors, terms, prior_m, biases), encoding="utf-8")
     result = folder / "result"
-    ended = subprocess.run([program, "adjust", folder, "-o", result, "--quiet", "--force", "--threads", "1"],
-                           capture_output=True, text=True, check=False)
     largest, left_m = compared_with_truth(errors, terms, prior_m)
-    out = {"choice": name, "kind": kind_of(terms, largest, left_m), "error_over_prior": largest, "left_m": left_m}
-    if ended.returncode > 1:
-        return {**out, "verdict": "refused", "cause": "", "reason": ended.stderr.strip().split("\n")[0]}
-    summary = json.loads((result / "summary.json").read_text(encoding="utf-8"))
-    explanations = summary.get("diagnosis") or []
-    reasons = summary["verdict_reasons"]
-    cause = explanations[0]["cause"] if explanations else ""
-    if not cause and reasons and reasons[0].startswith("priors: the observations contradict"):
-        cause = "model.priors"
-    return {**out, "verdict": summary["verdict"], "cause": cause, "reason": reasons[0] if reasons else "",
-            "sigma0_squared": summary["sigma0_squared"], "iterations": summary["iterations"],
-            "converged": not any(reason.startswith("not converged") for reason in reasons),
-            "normalised_square": mean_normalised_square(block, result)}
+    out = {"choice": name, "kind": kind_of(terms, largest, left_m), "error_over_prior": largest, "left_m": left_m,
+           **run(program, folder, result)}
+    if out["verdict"] != "refused":
+        out["normalised_square"] = mean_normalised_square(block, result)
+    if engines:
+        out["ceres"] = run(program, folder, folder / "ceres", "--set", "engine=ceres")
+        if "refused" not in (out["verdict"], out["ceres"]["verdict"]):
+            out["apart_sigmas"] = apart(result, folder / "ceres")
+    return out
 
 
 def report(results):
@@ -205,6 +243,16 @@ def report(results):
         iterations = [result["iterations"] for result in of if "iterations" in result]
         print(f"{kind:9}{len(of):7}{accepted:10}{sum(not result.get('converged', True) for result in of):15}{right:19}"
               f"{sum(n > 12 for n in iterations):21}{max(iterations, default=0):6}")
+    compared = [result for result in results if "ceres" in result]
+    for engine, of in (("default engine", compared), ("engine=ceres", [result["ceres"] for result in compared])):
+        iterations = [result["iterations"] for result in of if "iterations" in result]
+        if iterations:
+            print(f"{engine:15}{len(of):4} blocks, {sum(not result.get('converged', True) for result in of)} not converged, "
+                  f"{sum(n > 12 for n in iterations)} above 12 iterations, {sum(iterations)} in all, {max(iterations)} at most")
+    differences = [result["apart_sigmas"] for result in compared if "apart_sigmas" in result]
+    if differences:
+        print(f"engines apart by more than 1e-6 sigma: {sum(d > 1e-6 for d in differences)} of {len(differences)}, "
+              f"at most {max(differences):.1e}")
 
 
 def main():
@@ -214,6 +262,8 @@ def main():
     parser.add_argument("--seeds", default="0")
     parser.add_argument("--scenes", default=",".join(IDEAL + RECORDED))
     parser.add_argument("--only", default="")
+    parser.add_argument("--biases", choices=BIASES, default="some")
+    parser.add_argument("--engines", action="store_true")
     parser.add_argument("--jobs", type=int, default=2)
     options = parser.parse_args()
     results = []
@@ -223,16 +273,18 @@ def main():
             if not block.exists():
                 simulate(options.program, scene, seed, block)
             errors = path_errors(block)
-            asked = [choice for choice in choices() if re.match(options.only, choice[0])]
+            asked = [choice for choice in choices(BIASES[options.biases]) if re.match(options.only, choice[0])]
             folder = options.folder / "adjusted" / f"{scene}-{seed}"
             with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
-                done = pool.map(lambda choice: adjust(options.program, block, errors, choice, folder), asked)
+                done = pool.map(lambda choice: adjust(options.program, block, errors, choice, options.engines, folder), asked)
                 for result in done:
                     result.update(scene=scene, seed=seed)
                     results.append(result)
                     print(f"{scene:19} {seed} {result['choice']:19} {result['kind']:8} {result['verdict']:24} "
                           f"{result['error_over_prior']:8.2f} {result['left_m']:8.2f} m  s0^2 {result.get('sigma0_squared', math.nan):8.3f}  "
-                          f"{result.get('normalised_square', math.nan):8.2f} {result.get('iterations', 0):4} {result['cause']}", flush=True)
+                          f"{result.get('normalised_square', math.nan):8.2f} {result.get('iterations', 0):4} "
+                          + (f"{result['ceres'].get('iterations', 0):4} {result.get('apart_sigmas', math.nan):8.1e} "
+                             if options.engines else "") + result["cause"], flush=True)
     (options.folder / "choices.json").write_text(json.dumps(results, indent=1), encoding="utf-8")
     report(results)
 
