@@ -58,6 +58,7 @@ READS = {
         def read():
             with h5py.File("in0.h5") as file:
                 file["observations"]["range_m"][:]
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
         forever(read)
         threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
         try:
