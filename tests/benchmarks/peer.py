@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The adjustment of this library beside a plain program on Ceres (plain_ceres.cc), run by scripts/bench.sh peer.
 
-    peer.py PROGRAM PLAIN WORK [POINTS]...
+    peer.py PROGRAM PLAIN WORK [[SCENE:]POINTS]...
 
 Simulates leberl-aircraft with each number of points (300, 3,000 and 30,000 if none is given) and, if none is given,
 block-12-strips and earth-same-side with 30,000, and runs in turn, on one thread, plain_ceres, `adjust` with
@@ -83,7 +83,8 @@ def main():
     program, plain, work, *sizes = sys.argv[1:]
     print("scene,points,looks,covariances,iterations_plain,iterations_ceres,iterations,plain_s,ceres_s,default_s,"
           "plain_over_default,ceres_over_default,difference_sigmas,difference_same_form_sigmas")
-    blocks = [("leberl-aircraft", int(size)) for size in sizes or (300, 3000, 30000)]
+    named = [size if ":" in size else f"leberl-aircraft:{size}" for size in sizes or ("300", "3000", "30000")]
+    blocks = [(scene, int(points)) for scene, points in (name.split(":") for name in named)]
     if not sizes:
         blocks += [("block-12-strips", 30000), ("earth-same-side", 30000)]
     for scene, points in blocks:
