@@ -133,6 +133,7 @@ BlockCheck Checked(const Block& block, const AdjustOptions& options, ProgressSin
   for (const Finding& finding : DescribePoints(problem, defects)) {
     check.findings.push_back(finding.text);
   }
+  for (const std::string& remark : FindCopies(block).remarks) check.findings.push_back(remark);
   // Where points are known: paths with errors intersect them far from where they are.
   for (std::string& text : FindLooksOutsideSwath(block, block.points.given_m, problem.look_used)) {
     check.findings.push_back(std::move(text));

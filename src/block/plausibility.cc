@@ -755,6 +755,29 @@ Copies FindCopies(const Block& block) {
   return copies;
 }
 
+std::vector<std::string> FindSameKnownPoints(const Block& block) {
+  const auto key = [&](const KnownPosition& known) {
+    const Eigen::Vector3d& p_m = block.points.given_m[known.point];
+    return std::tuple(p_m.x(), p_m.y(), p_m.z(), known.point);
+  };
+  std::vector<KnownPosition> known;
+  for (const KnownPosition& one : block.points.known) {
+    if (block.points.given_m[one.point].allFinite()) known.push_back(one);
+  }
+  std::sort(known.begin(), known.end(), [&](const KnownPosition& a, const KnownPosition& b) {
+    return key(a) < key(b);
+  });
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+  for (std::size_t k = 1; k < known.size(); ++k) {
+    const std::uint32_t a = known[k - 1].point, b = known[k].point;
+    if (block.points.given_m[a] == block.points.given_m[b]) pairs.emplace_back(a, b);
+  }
+  if (pairs.empty()) return {};
+  return {"known points under two ids, with the same coordinates: " + NamesOfPairs(block, pairs) +
+          "; one survey counts as two, and standard deviations come out up to 1.4 times too small: "
+          "give the looks of both one id"};
+}
+
 void CountOnce(const Copies& copies, Block* block) {
   Looks& looks = block->looks;
   for (const std::size_t look : copies.looks) looks.flags[look] |= Looks::kRejected;

@@ -72,6 +72,10 @@ struct Copies {
 /// The same, and points all whose looks are those of another one: n log n in the looks.
 [[nodiscard]] Copies FindCopies(const Block& block);
 
+/// Known points under several ids: a sentence where some have the same three coordinates to the
+/// last digit. A survey that is counted twice makes what it holds 1.4 times too certain.
+[[nodiscard]] std::vector<std::string> FindSameKnownPoints(const Block& block);
+
 /// Rejects the looks that are copies, so that they count once.
 void CountOnce(const Copies& copies, Block* block);
 

@@ -170,6 +170,9 @@ BlockFile ReadBlockFrom(const TableSource& source, const ReadOptions& options) {
        })) {
     reading.result.warnings.push_back(std::move(remark));
   }
+  for (std::string& remark : FindSameKnownPoints(reading.result.block)) {
+    reading.result.warnings.push_back(std::move(remark));
+  }
   const Copies copies = FindCopiedPasses(reading.result.block);
   CountOnce(copies, &reading.result.block);
   for (const std::string& remark : copies.remarks) reading.result.warnings.push_back(remark);

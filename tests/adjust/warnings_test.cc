@@ -63,6 +63,25 @@ TEST(WarningsTest, GrossContradictionsAreNotAccepted) {
   EXPECT_TRUE(Adjust(known.block, scaled).usable());
 }
 
+// A point under two ids with the same looks, by hand.
+TEST(WarningsTest, CheckNamesAPointUnderTwoIds) {
+  test::KnownBlock known = test::MakeBlock(test::AircraftPlan());
+  Looks& looks = known.block.looks;
+  const auto findings = [&] {
+    std::string text;
+    for (const std::string& finding : CheckBlock(known.block, {}).findings) text += finding + "\n";
+    return text;
+  };
+  EXPECT_THAT(findings(), Not(HasSubstr("under two ids")));
+  for (std::size_t k = 0; k < 4; ++k) {
+    const std::size_t from = looks.offsets[2] + k, to = looks.offsets[6] + k;
+    ASSERT_EQ(looks.pass[from], looks.pass[to]);
+    looks.time_s[to] = looks.time_s[from];
+    looks.range_m[to] = looks.range_m[from];
+  }
+  EXPECT_THAT(findings(), HasSubstr("the same point under two ids, with equal looks"));
+}
+
 // Hand cases: the words say what chose between a point and its mirror image.
 TEST(WarningsTest, StartCoordinatesAreNamedOnlyWhereThereAreSome) {
   test::KnownBlock known = test::MakeBlock(test::AircraftPlan());

@@ -119,6 +119,21 @@ TEST(SameFlightsTest, PassesWithTheSameStatesAreNamed) {
   EXPECT_THAT(FindSameFlights(block, unshared), ElementsAre(HasSubstr("they are one flight")));
 }
 
+// Known points apart by the last digit are two; the same coordinates are one point.
+TEST(SameKnownPointsTest, AreNamedWhereTheirCoordinatesAreTheSame) {
+  test::KnownBlock known = test::MakeBlock(test::AircraftPlan());
+  for (const std::size_t point : {1U, 4U, 7U}) test::AddKnownPoint(point, {0.2, 0.2, 0.2}, &known);
+  Block& block = known.block;
+  EXPECT_THAT(FindSameKnownPoints(block), IsEmpty());
+  block.points.given_m[7] = block.points.given_m[1];
+  EXPECT_THAT(FindSameKnownPoints(block),
+              ElementsAre(AllOf(HasSubstr(std::string(block.points.ids[1])),
+                                HasSubstr(std::string(block.points.ids[7])),
+                                HasSubstr("with the same coordinates"))));
+  block.points.given_m[7].z() += 1e-9;
+  EXPECT_THAT(FindSameKnownPoints(block), IsEmpty());
+}
+
 TEST(PlausibilityTest, StatesThatAlternateBetweenTwoSolutionsAreNamed) {
   Block block = RightBlock(test::OrbitPlan(0.0, false));
   std::vector<StateVector> states;
