@@ -20,12 +20,8 @@ namespace sarblock {
 ///
 /// Hypothesis p: looks of pass p are right or off by one shift s in range and time, each point as
 /// fits it better. The block is solved under each hypothesis with the looks of the group corrected
-/// by s, s estimated with them; the hypotheses are compared by
-///
-///     L = v'Pv - 2 sum ln(part of the looks of p that are of the group, or are not)
-///         + sum over points that fit neither way of their limit
-///
-/// beside that of no group (docs/theory/quality.md, eq. (19b)). A group is taken as a whole where
+/// by s, s estimated with them; their likelihoods are compared with each other and with that of no
+/// group (docs/theory/quality.md, eq. (19b)). A group is taken as a whole where
 /// it is better than none and than that of any other pass by more than chance (1e-4) explains: its
 /// looks are left out, what was left out before takes part again, and the search for blunders goes
 /// on from there. Else everything stays as it was.

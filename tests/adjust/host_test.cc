@@ -60,8 +60,7 @@ std::vector<double> NumbersOf(const AdjustResult& result) {
 // Second route: each alone.
 TEST(HostTest, AdjustmentsAtOnceAreThoseAlone) {
   const test::KnownBlock shared = SomeBlock(), other = SomeBlock(13);
-  AdjustOptions options = SomeOptions();
-  options.datum_points = {};
+  const AdjustOptions options = SomeOptions();
   const std::vector<double> alone = NumbersOf(Adjust(shared.block, options));
   const std::vector<double> other_alone = NumbersOf(Adjust(other.block, options));
   ASSERT_NE(alone, other_alone);

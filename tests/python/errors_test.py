@@ -48,13 +48,19 @@ def test_a_file_is_refused_in_the_words_of_the_command_line(tmp_path, change):
     assert "sarblock: " + str(raised.value) == theirs
 
 
-def test_a_refusal_keeps_its_place(tmp_path):
+def negative_range(tmp_path):
+    """The table of looks of a block in tmp_path, whose second look has a range of -5 m."""
     sarblock.Block.from_arrays(**hand_block()).write(tmp_path / "block")
     file = tmp_path / "block" / "observations.csv"
     lines = file.read_text(encoding="utf-8").splitlines()
     cells = lines[2].split(",")
     cells[lines[0].split(",").index("range_m")] = "-5"
     file.write_text("\n".join([*lines[:2], ",".join(cells)]) + "\n", encoding="utf-8")
+    return file
+
+
+def test_a_refusal_keeps_its_place(tmp_path):
+    file = negative_range(tmp_path)
     with pytest.raises(sarblock.InputError) as raised:
         sarblock.read_block(tmp_path / "block")
     error = raised.value
@@ -66,12 +72,7 @@ def test_a_refusal_keeps_its_place(tmp_path):
 
 
 def test_a_value_is_refused_in_the_words_of_a_file(tmp_path):
-    sarblock.Block.from_arrays(**hand_block()).write(tmp_path / "block")
-    file = tmp_path / "block" / "observations.csv"
-    lines = file.read_text(encoding="utf-8").splitlines()
-    cells = lines[2].split(",")
-    cells[lines[0].split(",").index("range_m")] = "-5"
-    file.write_text("\n".join([*lines[:2], ",".join(cells)]) + "\n", encoding="utf-8")
+    negative_range(tmp_path)
     theirs = run("check", tmp_path / "block", code=3)
     ours = refusal(observations__range_m=[12000.0, -5.0])
     assert ours == "observations.range_m[1]: must be a number above 0, got -5" or theirs.endswith(
