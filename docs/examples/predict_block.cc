@@ -16,7 +16,7 @@ namespace {
 
 // [predict]
 /// The largest standard deviation of a height, from geometry and weights alone.
-double LargestHeightSigma_m(const sarblock::BlockFile& file, const sarblock::Truth& truth) {
+double LargestHeightSigma_m(const sarblock::files::BlockFile& file, const sarblock::Truth& truth) {
   const sarblock::AdjustResult result = sarblock::Predict(file.block, file.adjust, truth.points_m);
   double largest_m2 = 0.0;
   for (std::size_t i = 0; i < result.points.status.size(); ++i) {
@@ -29,10 +29,10 @@ double LargestHeightSigma_m(const sarblock::BlockFile& file, const sarblock::Tru
 
 int Run(const char* folder) {
   // [read]
-  sarblock::ReadOptions read;
-  read.measurements = sarblock::Measurements::kOptional;  // a plan has none
-  sarblock::BlockFile file = sarblock::ReadBlock(folder, read);
-  const sarblock::Truth truth = sarblock::ReadTruth(folder, file.block);
+  sarblock::files::ReadOptions read;
+  read.measurements = sarblock::files::Measurements::kOptional;  // a plan has none
+  sarblock::files::BlockFile file = sarblock::files::ReadBlock(folder, read);
+  const sarblock::Truth truth = sarblock::files::ReadTruth(folder, file.block);
   // [read]
   double before_m = 0.0;
   for (;;) {

@@ -66,11 +66,12 @@ int RunExport(const ExportArguments& arguments, const Session& session) {
   const ExportFormat format = arguments.format;
   const bool map = format == ExportFormat::kGeoJson || format == ExportFormat::kKml ||
                    format == ExportFormat::kGeoPackage;
-  const ResultFile result = ReadResult(arguments.result,
-                                       {.looks = format == ExportFormat::kIsis,
-                                        .pairs = format == ExportFormat::kSinex,
-                                        .paths = map || format >= ExportFormat::kOrbitFiles,
-                                        .progress = session.progress.get()});
+  const files::ResultFile result =
+      files::ReadResult(arguments.result,
+                        {.looks = format == ExportFormat::kIsis,
+                         .pairs = format == ExportFormat::kSinex,
+                         .paths = map || format >= ExportFormat::kOrbitFiles,
+                         .progress = session.progress.get()});
   ExportOptions options = arguments.options;
   if (arguments.confidence_percent > 0.0) {
     options.confidence = 0.01 * arguments.confidence_percent;
@@ -164,10 +165,11 @@ struct ConvertArguments {
 int RunConvert(const ConvertArguments& arguments, const Session& session) {
   RequireFolderFor(ContentAt(arguments.from), arguments.to, arguments.foreign);
   const OutputLock lock(arguments.to);
-  const ConversionReport report = Convert(arguments.from,
-                                          arguments.to,
-                                          arguments.gzip ? Compression::kGzip : Compression::kNone,
-                                          session.progress.get());
+  const files::ConversionReport report =
+      files::Convert(arguments.from,
+                     arguments.to,
+                     arguments.gzip ? Compression::kGzip : Compression::kNone,
+                     session.progress.get());
   if (session.json) {
     const nlohmann::json summary = {{"format", "sarblock-conversion 1"},
                                     {"kind", report.kind},

@@ -51,12 +51,13 @@ bool WriteImported(const ImportOutput& output,
   for (const Pass& pass : block.passes) ids.push_back(pass.id);
   // `own.corrections` is "given", also with no table: then nothing is corrected until --set, here
   // or later, adds a group.
-  const AdjustTable adjust = ReadAdjustTable(DumpAdjustTable(own), "import", ids, session.set);
+  const files::AdjustTable adjust =
+      files::ReadAdjustTable(files::DumpAdjustTable(own), "import", ids, session.set);
   if (session.dump_config) {
-    fmt::print("{}", DumpAdjustTable(adjust));
+    fmt::print("{}", files::DumpAdjustTable(adjust));
     return false;
   }
-  WriteBlock(
+  files::WriteBlock(
       output.folder, block, adjust, nullptr, output.gzip ? Compression::kGzip : Compression::kNone);
   return true;
 }

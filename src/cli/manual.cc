@@ -157,9 +157,9 @@ std::vector<SetKey> SetKeysOf(const std::string& command_path) {
   }
   const bool scene = command == "simulate";
   if (scene) {
-    for (const std::string& key : SceneKeys()) keys.push_back({key, {}, ""});
+    for (const std::string& key : files::SceneKeys()) keys.push_back({key, {}, ""});
   }
-  for (const AdjustOption& option : AdjustOptionTable()) {
+  for (const files::AdjustOption& option : files::AdjustOptionTable()) {
     if (option.type == "table") continue;
     SetKey key{
         (scene ? "adjust." : "") + std::string(option.key),

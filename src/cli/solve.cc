@@ -49,14 +49,14 @@ struct SolveArguments {
 struct Solver {
   const char* name;
   const char* help;
-  Measurements measurements;
+  files::Measurements measurements;
   bool adjusts;  ///< explains a result that fails
-  std::function<AdjustResult(BlockFile*, const std::string& folder, ProgressSink*)> solve;
+  std::function<AdjustResult(files::BlockFile*, const std::string& folder, ProgressSink*)> solve;
 };
 
 /// The diagnosis of a block that could not be solved, on standard error; nothing with
 /// `diagnose = false`.
-void ExplainRefusal(const BlockFile& file, const Session& session) {
+void ExplainRefusal(const files::BlockFile& file, const Session& session) {
   if (!file.adjust.diagnose) return;
   const Diagnosis diagnosis = Diagnose(file.block, file.adjust, session.progress.get());
   for (const std::string& remark : diagnosis.remarks) session.Warn("sarblock: warning: " + remark);
@@ -64,17 +64,17 @@ void ExplainRefusal(const BlockFile& file, const Session& session) {
 }
 
 /// The same of a block that was refused for contradictions as it was read.
-void ExplainUnread(const std::string& folder, ReadOptions read, const Session& session) {
-  read.contradictions = Contradictions::kKeep;
+void ExplainUnread(const std::string& folder, files::ReadOptions read, const Session& session) {
+  read.contradictions = files::Contradictions::kKeep;
   try {
-    ExplainRefusal(ReadBlock(folder, read), session);
+    ExplainRefusal(files::ReadBlock(folder, read), session);
   } catch (const InputError&) {  // a file that cannot be read at all: keep its message
   }
 }
 
-PointPairs PairsOf(const BlockFile& file, const std::string& folder) {
+PointPairs PairsOf(const files::BlockFile& file, const std::string& folder) {
   if (file.adjust.pairs != PairChoice::kList) return {};
-  return ReadPairs(folder, file.adjust.pairs_file, file.block);
+  return files::ReadPairs(folder, file.adjust.pairs_file, file.block);
 }
 
 /// What threads of Ceres sum in the order in which they finish would not be the same on all ranks.
@@ -90,15 +90,15 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
   std::optional<ScratchScope> scratch;
   if (!arguments.scratch.empty()) scratch.emplace(arguments.scratch);
   std::vector<StageCost> reading;
-  BlockFile file;
+  files::BlockFile file;
   {
     const StageTimer timer("read", &reading);
-    ReadOptions read;
+    files::ReadOptions read;
     read.measurements = solver.measurements;
     read.set_overrides = session.set;
     read.progress = session.progress.get();
     try {
-      RunTogether(session.ranks, [&] { file = ReadBlock(arguments.block, read); });
+      RunTogether(session.ranks, [&] { file = files::ReadBlock(arguments.block, read); });
     } catch (const InputError&) {
       if (solver.adjusts && session.first()) ExplainUnread(arguments.block, read, session);
       throw;
@@ -110,7 +110,7 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
   file.adjust.threads = session.Threads();
   file.adjust.memory_mib = arguments.memory_mib;
   if (session.dump_config) {
-    fmt::print("{}", DumpAdjustTable(file.adjust));
+    fmt::print("{}", files::DumpAdjustTable(file.adjust));
     return kAccepted;
   }
   std::error_code ignored;
@@ -127,14 +127,14 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
   });
   if (!file.adjust.rejections_file.empty()) {
     const std::size_t rejected =
-        ApplyRejections(arguments.block, file.adjust.rejections_file, &file.block);
+        files::ApplyRejections(arguments.block, file.adjust.rejections_file, &file.block);
     session.Warn(
         fmt::format("sarblock: {} looks left out by {}", rejected, file.adjust.rejections_file));
   }
-  ResultContext context;
+  files::ResultContext context;
   {
     const StageTimer timer("checksum", &reading);
-    context.inputs = ListInputFiles(arguments.block, file.adjust);
+    context.inputs = files::ListInputFiles(arguments.block, file.adjust);
   }
   AdjustResult result;
   try {
@@ -157,7 +157,8 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
     context.diagnosis =
         ExplainFailure(file.block, file.adjust, file.warnings, &result, session.progress.get());
   }
-  const std::string summary = WriteResult(arguments.out, file.block, file.adjust, result, context);
+  const std::string summary =
+      files::WriteResult(arguments.out, file.block, file.adjust, result, context);
   if (session.json) {
     fmt::print("{}", summary);
   } else {
@@ -196,9 +197,9 @@ void AddAdjust(CLI::App* app, Session* session) {
             session,
             {"adjust",
              "Adjust a block: positions, flight-path corrections, exact covariances",
-             Measurements::kRequired,
+             files::Measurements::kRequired,
              true,
-             [](BlockFile* file, const std::string& folder, ProgressSink* progress) {
+             [](files::BlockFile* file, const std::string& folder, ProgressSink* progress) {
                const PointPairs pairs = PairsOf(*file, folder);
                return Adjust(&file->block, file->adjust, pairs, progress);
              }});
@@ -209,9 +210,9 @@ void AddIntersect(CLI::App* app, Session* session) {
             session,
             {"intersect",
              "Intersect every point by itself with fixed flight paths, with its covariance",
-             Measurements::kRequired,
+             files::Measurements::kRequired,
              false,
-             [](BlockFile* file, const std::string&, ProgressSink* progress) {
+             [](files::BlockFile* file, const std::string&, ProgressSink* progress) {
                return IntersectBlock(file->block, file->adjust, progress);
              }});
 }
@@ -221,10 +222,10 @@ void AddPredict(CLI::App* app, Session* session) {
             session,
             {"predict",
              "Covariance from geometry and weights alone, no measured values needed",
-             Measurements::kOptional,
+             files::Measurements::kOptional,
              false,
-             [](BlockFile* file, const std::string& folder, ProgressSink* progress) {
-               const Truth truth = ReadTruth(folder, file->block);
+             [](files::BlockFile* file, const std::string& folder, ProgressSink* progress) {
+               const Truth truth = files::ReadTruth(folder, file->block);
                const PointPairs pairs = PairsOf(*file, folder);
                return Predict(file->block, file->adjust, truth.points_m, pairs, progress);
              }});
@@ -240,16 +241,16 @@ struct CheckArguments {
 };
 
 /// Reads the other files that an adjustment of the block would read; returns looks left out.
-std::size_t ReadNamedFiles(const CheckArguments& arguments, BlockFile* file) {
-  AdjustTable& adjust = file->adjust;
+std::size_t ReadNamedFiles(const CheckArguments& arguments, files::BlockFile* file) {
+  files::AdjustTable& adjust = file->adjust;
   if (!arguments.rejections.empty()) {
     adjust.rejections_file = std::filesystem::absolute(arguments.rejections).string();
   }
   if (adjust.pairs == PairChoice::kList) {
-    static_cast<void>(ReadPairs(arguments.block, adjust.pairs_file, file->block));
+    static_cast<void>(files::ReadPairs(arguments.block, adjust.pairs_file, file->block));
   }
   if (adjust.rejections_file.empty()) return 0;
-  return ApplyRejections(arguments.block, adjust.rejections_file, &file->block);
+  return files::ApplyRejections(arguments.block, adjust.rejections_file, &file->block);
 }
 
 nlohmann::json NeedsJson(const ResourceNeeds& needs) {
@@ -275,16 +276,16 @@ bool IsPlan(const Block& block) {
 
 /// Reads a block of measured looks, else a plan. Of what is neither the measured block's fault is
 /// thrown.
-BlockFile ReadBlockOrPlan(const std::string& path, ReadOptions read) {
+files::BlockFile ReadBlockOrPlan(const std::string& path, files::ReadOptions read) {
   std::exception_ptr fault;
   try {
-    return ReadBlock(path, read);
+    return files::ReadBlock(path, read);
   } catch (const InputError&) {
     fault = std::current_exception();
   }
-  read.measurements = Measurements::kOptional;
+  read.measurements = files::Measurements::kOptional;
   try {
-    BlockFile plan = ReadBlock(path, read);
+    files::BlockFile plan = files::ReadBlock(path, read);
     if (IsPlan(plan.block)) return plan;
   } catch (const InputError&) {  // the first fault is the one to name
   }
@@ -293,7 +294,7 @@ BlockFile ReadBlockOrPlan(const std::string& path, ReadOptions read) {
 
 /// Gives a plan the looks that `predict` would take; returns the positions at which it would.
 std::vector<Eigen::Vector3d> PlanLooks(const std::string& path, Block* plan) {
-  std::vector<Eigen::Vector3d> positions_m = ReadTruth(path, *plan).points_m;
+  std::vector<Eigen::Vector3d> positions_m = files::ReadTruth(path, *plan).points_m;
   positions_m.resize(plan->points.size(), Eigen::Vector3d::Constant(kNotGiven));
   for (std::size_t i = 0; i < positions_m.size(); ++i) {
     if (!positions_m[i].allFinite()) positions_m[i] = plan->points.given_m[i];
@@ -313,14 +314,14 @@ nlohmann::json CoverageJson(const Coverage& coverage) {
 int RunCheck(const CheckArguments& arguments, const Session& session) {
   std::optional<ScratchScope> scratch;
   if (!arguments.scratch.empty()) scratch.emplace(arguments.scratch);
-  ReadOptions read;
+  files::ReadOptions read;
   read.set_overrides = session.set;
   read.progress = session.progress.get();
-  BlockFile file = ReadBlockOrPlan(arguments.block, read);
+  files::BlockFile file = ReadBlockOrPlan(arguments.block, read);
   const std::size_t left_out = ReadNamedFiles(arguments, &file);
   const bool plan = IsPlan(file.block);
   if (session.dump_config) {
-    fmt::print("{}", DumpAdjustTable(file.adjust));
+    fmt::print("{}", files::DumpAdjustTable(file.adjust));
     return kAccepted;
   }
   file.adjust.threads = session.Threads();
@@ -411,21 +412,22 @@ std::string DescribeDiagnosis(const Diagnosis& diagnosis) {
 }
 
 int RunDiagnose(const DiagnoseArguments& arguments, const Session& session) {
-  ReadOptions read;
+  files::ReadOptions read;
   read.set_overrides = session.set;
   read.progress = session.progress.get();
-  read.contradictions = Contradictions::kKeep;
-  BlockFile file = ReadBlock(arguments.block, read);
+  read.contradictions = files::Contradictions::kKeep;
+  files::BlockFile file = files::ReadBlock(arguments.block, read);
   file.adjust.threads = session.Threads();
   if (!arguments.rejections.empty()) {
     file.adjust.rejections_file = std::filesystem::absolute(arguments.rejections).string();
   }
   if (session.dump_config) {
-    fmt::print("{}", DumpAdjustTable(file.adjust));
+    fmt::print("{}", files::DumpAdjustTable(file.adjust));
     return kAccepted;
   }
   if (!file.adjust.rejections_file.empty()) {
-    static_cast<void>(ApplyRejections(arguments.block, file.adjust.rejections_file, &file.block));
+    static_cast<void>(
+        files::ApplyRejections(arguments.block, file.adjust.rejections_file, &file.block));
   }
   DiagnosisBounds bounds;
   if (arguments.all) bounds.adjustments = std::numeric_limits<double>::infinity();
@@ -440,7 +442,7 @@ int RunDiagnose(const DiagnoseArguments& arguments, const Session& session) {
                                             {"hypotheses", diagnosis.hypotheses},
                                             {"solutions", diagnosis.solutions},
                                             {"untried", diagnosis.untried},
-                                            {"diagnosis", DiagnosisSection(diagnosis)},
+                                            {"diagnosis", files::DiagnosisSection(diagnosis)},
                                             {"remarks", diagnosis.remarks},
                                             {"warnings", file.warnings}};
     fmt::print("{}\n", summary.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
@@ -489,23 +491,24 @@ struct SimulateArguments {
 
 int RunSimulate(const SimulateArguments& arguments, const Session& session) {
   if (session.dump_config) {
-    fmt::print("{}\n", EffectiveSceneText(arguments.scene, session.set));
+    fmt::print("{}\n", files::EffectiveSceneText(arguments.scene, session.set));
     return kAccepted;
   }
   RequireFolderFor(FolderContent::kBlock, arguments.out, arguments.foreign);
   const OutputLock lock(arguments.out);
   const ThreadLimit limit(session.Threads());
-  const Scene scene = ReadScene(arguments.scene, session.set);
+  const Scene scene = files::ReadScene(arguments.scene, session.set);
   const SimulatedBlock simulated =
       Naming(arguments.scene, [&] { return Simulate(scene, session.progress.get()); });
   std::vector<std::string> passes;
   for (const Pass& pass : simulated.block.passes) passes.push_back(pass.id);
-  const AdjustTable adjust = ReadAdjustTable(scene.adjust_toml, arguments.scene, passes);
-  WriteBlock(arguments.out,
-             simulated.block,
-             adjust,
-             &simulated.truth,
-             arguments.gzip ? Compression::kGzip : Compression::kNone);
+  const files::AdjustTable adjust =
+      files::ReadAdjustTable(scene.adjust_toml, arguments.scene, passes);
+  files::WriteBlock(arguments.out,
+                    simulated.block,
+                    adjust,
+                    &simulated.truth,
+                    arguments.gzip ? Compression::kGzip : Compression::kNone);
   if (session.json) {
     const nlohmann::json summary = {{"format", "sarblock-simulation 1"},
                                     {"block", arguments.out},

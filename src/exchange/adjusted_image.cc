@@ -59,11 +59,11 @@ double UnfittedSigma_m(std::span<const FitTime> times,
 namespace {
 
 // The passes without looks; the one of the image has the image's path.
-Block PassesOf(const ResultFile& result, std::size_t pass, const FlightPath& image_path) {
+Block PassesOf(const files::ResultFile& result, std::size_t pass, const FlightPath& image_path) {
   Block block;
   block.frame = result.frame;
   for (std::size_t i = 0; i < result.passes.size(); ++i) {
-    const ResultPass& given = result.passes[i];
+    const files::ResultPass& given = result.passes[i];
     Pass made;
     made.id = given.id;
     made.side = given.side;
@@ -77,7 +77,7 @@ Block PassesOf(const ResultFile& result, std::size_t pass, const FlightPath& ima
 }
 
 // The layout, whose parameters must be those of passes.csv, one by one.
-ParameterLayout LayoutOf(const ResultFile& result, const Block& block) {
+ParameterLayout LayoutOf(const files::ResultFile& result, const Block& block) {
   std::vector<CorrectionGroup> groups;
   if (!result.parameters.empty()) groups = CorrectionsOf(result);
   ParameterLayout layout = MakeParameterLayout(block, groups);
@@ -107,7 +107,7 @@ Motion ReadContinued(const FlightPath& path, double time_s) {
 
 }  // namespace
 
-AdjustedAntenna::AdjustedAntenna(const ResultFile& result,
+AdjustedAntenna::AdjustedAntenna(const files::ResultFile& result,
                                  std::size_t pass,
                                  const FlightPath& image_path,
                                  const std::string& file)
@@ -258,7 +258,7 @@ std::vector<PassImage> ImagesOf(const ExportView& view) {
     throw InputError("image", "none given: --image PASS=FILE names the file of a pass");
   }
   std::vector<std::string> ids;
-  for (const ResultPass& pass : view.result.passes) ids.push_back(pass.id);
+  for (const files::ResultPass& pass : view.result.passes) ids.push_back(pass.id);
   std::vector<PassImage> images;
   std::set<std::size_t> passes;
   for (const ExportImage& image : view.options.images) {
@@ -279,7 +279,7 @@ std::vector<PassImage> ImagesOf(const ExportView& view) {
 
 }  // namespace
 
-UtcTime EpochOf(const ResultPass& pass, const std::string& what) {
+UtcTime EpochOf(const files::ResultPass& pass, const std::string& what) {
   if (pass.epoch_utc.empty()) {
     throw InputError("format",
                      what + " needs UTC, and pass '" + pass.id +

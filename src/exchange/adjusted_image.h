@@ -54,7 +54,7 @@ class AdjustedAntenna {
   /// `image_path` is the path of the image before any correction, times as in the result; `file`
   /// names the image in messages. Throws InputError where path and result are of different images:
   /// with the result's corrections it lies more than kOther_m from the result's path.
-  AdjustedAntenna(const ResultFile& result,
+  AdjustedAntenna(const files::ResultFile& result,
                   std::size_t pass,
                   const FlightPath& image_path,
                   const std::string& file);
@@ -62,7 +62,7 @@ class AdjustedAntenna {
   /// Paths of one image differ by less, however the states were read; those of others by much more.
   static constexpr double kOther_m = 10.0;
 
-  [[nodiscard]] const ResultPass& pass() const { return result_.passes[pass_]; }
+  [[nodiscard]] const files::ResultPass& pass() const { return result_.passes[pass_]; }
   /// Sum of the time biases.
   [[nodiscard]] double time_bias_s() const { return ValueOf(ParameterKind::kTimeBias); }
   /// Sum of the parameters of a kind other than a position, in their unit.
@@ -98,7 +98,7 @@ class AdjustedAntenna {
   void CollectCovariance();
   void RefuseOtherImage(const std::string& file) const;
 
-  const ResultFile& result_;
+  const files::ResultFile& result_;
   std::size_t pass_;
   Block block_;
   ParameterLayout layout_;
@@ -115,7 +115,7 @@ class AdjustedAntenna {
 
 /// The epoch time_s = 0 of a pass. Throws InputError if the block does not give it; `what` ("an
 /// orbit file") needs it.
-[[nodiscard]] UtcTime EpochOf(const ResultPass& pass, const std::string& what);
+[[nodiscard]] UtcTime EpochOf(const files::ResultPass& pass, const std::string& what);
 
 /// The id of a pass as the name of a file: letters, digits, dots and dashes; anything else becomes
 /// an underscore.

@@ -20,7 +20,7 @@ namespace {
 /// Smaller differences are not reported.
 constexpr double kReported_m = 1e-3;
 
-double EpochOfPass_s(const ResultPass& pass) {
+double EpochOfPass_s(const files::ResultPass& pass) {
   return EphemerisTime_s(EpochOf(pass, "a model state"));
 }
 
@@ -51,7 +51,7 @@ void RequireBody(const Frame& frame, const RadarImage& image) {
 /// One pass on its way into a model state.
 class StateMaker {
  public:
-  StateMaker(const ResultFile& result, const PassImage& given, RangePolynomialTimes reading)
+  StateMaker(const files::ResultFile& result, const PassImage& given, RangePolynomialTimes reading)
       : result_(result),
         model_(ReadCsmModel(given.file)),
         epoch_s_(EpochOfPass_s(result.passes[given.pass])),
@@ -269,7 +269,7 @@ class StateMaker {
     return 1.0 / cosine;
   }
 
-  const ResultFile& result_;
+  const files::ResultFile& result_;
   CsmModel model_;
   double epoch_s_;
   AdjustedAntenna antenna_;

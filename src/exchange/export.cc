@@ -14,7 +14,7 @@
 namespace sarblock {
 namespace {
 
-void RequireGeocentric(const ResultFile& result, const char* format) {
+void RequireGeocentric(const files::ResultFile& result, const char* format) {
   if (result.frame.kind() == FrameKind::kGeocentric) return;
   throw InputError("format",
                    std::string(format) +
@@ -25,17 +25,18 @@ void RequireGeocentric(const ResultFile& result, const char* format) {
 void WriteGeoJsonFile(const std::filesystem::path& file,
                       const ExportView& view,
                       ExportReport* report) {
-  const ResultFile& result = view.result;
-  GeoJsonContent content{.frame = result.frame,
-                         .name = result.summary.block,
-                         .ids = result.points.ids,
-                         .role = result.points.role,
-                         .points = result.points.results,
-                         .polygons = view.options.ellipses,
-                         .confidence = view.options.confidence,
-                         .checks = &result.points.checks};
-  for (const ResultPass& pass : result.passes) content.paths.emplace_back(pass.id, &pass.path);
-  WriteGeoJson(file, content);
+  const files::ResultFile& result = view.result;
+  files::GeoJsonContent content{.frame = result.frame,
+                                .name = result.summary.block,
+                                .ids = result.points.ids,
+                                .role = result.points.role,
+                                .points = result.points.results,
+                                .polygons = view.options.ellipses,
+                                .confidence = view.options.confidence,
+                                .checks = &result.points.checks};
+  for (const files::ResultPass& pass : result.passes)
+    content.paths.emplace_back(pass.id, &pass.path);
+  files::WriteGeoJson(file, content);
   for (const std::uint32_t point : view.points) {
     report->ellipses += view.options.ellipses && view.HasCovariance(point) ? 1U : 0U;
   }
@@ -44,7 +45,7 @@ void WriteGeoJsonFile(const std::filesystem::path& file,
 }
 
 // What maps of points, ellipses and paths leave out.
-const char* LeftOutOfMaps(const ResultFile& result) {
+const char* LeftOutOfMaps(const files::ResultFile& result) {
   return result.parameters.empty() ? "residuals, covariances of different points"
                                    : "residuals, parameters of passes, covariances of different "
                                      "points";
@@ -80,7 +81,7 @@ const char* DefaultExportName(ExportFormat format) {
   return "";
 }
 
-ExportReport ExportResult(const ResultFile& result,
+ExportReport ExportResult(const files::ResultFile& result,
                           ExportFormat format,
                           const std::filesystem::path& out,
                           const ExportOptions& options) {

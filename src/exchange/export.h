@@ -40,7 +40,7 @@ enum class ExportFormat {
 /// The report lists what the format leaves out. Throws InputError for what it cannot go without (a
 /// local frame, no epoch in UTC, too many points, no image) and for options that make no sense,
 /// before anything is written.
-ExportReport ExportResult(const ResultFile& result,
+ExportReport ExportResult(const files::ResultFile& result,
                           ExportFormat format,
                           const std::filesystem::path& out,
                           const ExportOptions& options);

@@ -48,7 +48,7 @@ struct ExportReport {
 
 /// What the writers of the single formats share.
 struct ExportView {
-  const ResultFile& result;
+  const files::ResultFile& result;
   const ExportOptions& options;
   double ellipse_scale = 1.0;
   std::vector<std::uint32_t> points;  ///< solved ones, in their order

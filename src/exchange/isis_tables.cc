@@ -49,7 +49,7 @@ struct Measure {
   [[nodiscard]] double magnitude() const { return std::hypot(sample_residual, line_residual); }
 };
 
-Measure MeasureOf(const ResultLooks& looks, std::size_t i) {
+Measure MeasureOf(const files::ResultLooks& looks, std::size_t i) {
   Measure measure;
   if (!looks.line_px.empty()) measure.line = looks.line_px[i] + 1.0;
   if (!looks.pixel_px.empty()) measure.sample = looks.pixel_px[i] + 1.0;
@@ -61,7 +61,7 @@ Measure MeasureOf(const ResultLooks& looks, std::size_t i) {
 void WriteResiduals(const std::filesystem::path& file, const ExportView& view) {
   AtomicFile out(file);
   out.Write(kResidualHeader);
-  const ResultFile& result = view.result;
+  const files::ResultFile& result = view.result;
   for (std::size_t i = 0; i < result.looks.size(); ++i) {
     const Measure measure = MeasureOf(result.looks, i);
     const std::string pass = Cell(result.passes[result.looks.pass[i]].id);
@@ -87,7 +87,7 @@ struct LookCount {
   double square_sum_px2 = 0.0;
 };
 
-std::vector<LookCount> CountLooks(const ResultFile& result) {
+std::vector<LookCount> CountLooks(const files::ResultFile& result) {
   std::vector<LookCount> counts(result.points.size());
   for (std::size_t i = 0; i < result.looks.size(); ++i) {
     LookCount& count = counts[result.looks.point[i]];
@@ -105,9 +105,9 @@ std::vector<LookCount> CountLooks(const ResultFile& result) {
 }
 
 // Adjusted minus given position of control points, east, north, up; NaN where a component is free.
-std::map<std::uint32_t, Eigen::Vector3d> ControlCorrections(const ResultFile& result) {
+std::map<std::uint32_t, Eigen::Vector3d> ControlCorrections(const files::ResultFile& result) {
   std::map<std::uint32_t, Eigen::Vector3d> corrections;
-  for (const ResultControl& control : result.control) {
+  for (const files::ResultControl& control : result.control) {
     const auto [at, unused] =
         corrections.try_emplace(control.point, Eigen::Vector3d::Constant(kNotGiven));
     at->second[control.component] = control.residual_m;
@@ -151,7 +151,7 @@ class Planetocentric {
 void WritePoints(const std::filesystem::path& file, const ExportView& view) {
   AtomicFile out(file);
   out.Write(kPointHeader);
-  const ResultFile& result = view.result;
+  const files::ResultFile& result = view.result;
   const std::vector<LookCount> counts = CountLooks(result);
   const auto corrections = ControlCorrections(result);
   for (const std::uint32_t point : view.points) {

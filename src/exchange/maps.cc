@@ -52,7 +52,7 @@ class KmlWriter {
     for (const RoleStyle& style : kStyles) {
       Add("<Style id=\"{0}\"><IconStyle><color>{1}</color><scale>{2}</scale></IconStyle>"
           "<LabelStyle><scale>{2}</scale></LabelStyle></Style>\n",
-          NameOf(style.role),
+          files::NameOf(style.role),
           style.colour,
           style.scale);
     }
@@ -64,13 +64,13 @@ class KmlWriter {
 
   void Points(const RoleStyle& style) {
     Add("<Folder><name>{}</name>\n", style.folder);
-    const ResultPoints& points = view_.result.points;
+    const files::ResultPoints& points = view_.result.points;
     for (const std::uint32_t point : view_.points) {
       if (points.role[point] != style.role) continue;
       Add("<Placemark><name>{}</name><styleUrl>#{}</styleUrl><ExtendedData>",
           XmlText(points.ids[point]),
-          NameOf(style.role));
-      Add("<Data name=\"role\"><value>{}</value></Data>", NameOf(style.role));
+          files::NameOf(style.role));
+      Add("<Data name=\"role\"><value>{}</value></Data>", files::NameOf(style.role));
       Add("<Data name=\"status\"><value>{}</value></Data>", NameOf(points.results.status[point]));
       Add("<Data name=\"looks\"><value>{}</value></Data>", points.results.looks[point]);
       if (view_.HasCovariance(point)) {
@@ -83,7 +83,7 @@ class KmlWriter {
         Datum("ellipse_minor_m", ellipse.minor_m);
         Datum("ellipse_azimuth_deg", ellipse.azimuth_rad * kDegPerRad);
       }
-      if (const CheckResult* check = FindCheck(points.checks, point)) {
+      if (const CheckResult* check = files::FindCheck(points.checks, point)) {
         Datum("error_e_m", check->error_enu_m.x());
         Datum("error_n_m", check->error_enu_m.y());
         Datum("error_u_m", check->error_enu_m.z());
@@ -126,7 +126,7 @@ class KmlWriter {
 
   void Paths() {
     Add("<Folder><name>Flight paths</name>\n");
-    for (const ResultPass& pass : view_.result.passes) {
+    for (const files::ResultPass& pass : view_.result.passes) {
       Add("<Placemark><name>{}</name><styleUrl>#path</styleUrl><LineString>"
           "<altitudeMode>absolute</altitudeMode><coordinates>",
           XmlText(pass.id));
@@ -334,13 +334,13 @@ class GeopackageWriter {
              "ellipse_major_m DOUBLE, ellipse_minor_m DOUBLE, ellipse_azimuth_deg DOUBLE, "
              "error_e_m DOUBLE, error_n_m DOUBLE, error_u_m DOUBLE");
     Insert insert(database_, "INSERT INTO points VALUES (NULL,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?,?)");
-    const ResultPoints& points = view_.result.points;
+    const files::ResultPoints& points = view_.result.points;
     for (const std::uint32_t point : view_.points) {
       Geometry geometry(system_, Geometry::kPointZ);
       for (const double coordinate : Coordinates(view_.Position_m(point))) {
         geometry.Append(coordinate);
       }
-      insert.Blob(geometry.bytes()).Text(points.ids[point]).Text(NameOf(points.role[point]));
+      insert.Blob(geometry.bytes()).Text(points.ids[point]).Text(files::NameOf(points.role[point]));
       insert.Text(NameOf(points.results.status[point])).Integer(points.results.looks[point]);
       SymmetricEnu c;
       c.fill(kNotGiven);
@@ -353,7 +353,7 @@ class GeopackageWriter {
       for (std::size_t k = 3; k < 6; ++k) insert.Number(c[k]);
       insert.Number(ellipse.major_m).Number(ellipse.minor_m);
       insert.Number(ellipse.azimuth_rad * kDegPerRad);
-      const CheckResult* check = FindCheck(points.checks, point);
+      const CheckResult* check = files::FindCheck(points.checks, point);
       for (Eigen::Index k = 0; k < 3; ++k) {
         insert.Number(check != nullptr ? check->error_enu_m[k] : kNotGiven);
       }
@@ -384,7 +384,7 @@ class GeopackageWriter {
   void Paths() {
     AddTable("flight_paths", "LINESTRING", 1, "pass TEXT, start_s DOUBLE, end_s DOUBLE");
     Insert insert(database_, "INSERT INTO flight_paths VALUES (NULL,?,?,?,?)");
-    for (const ResultPass& pass : view_.result.passes) {
+    for (const files::ResultPass& pass : view_.result.passes) {
       Geometry geometry(system_, Geometry::kLineStringZ);
       geometry.Count(pass.path.states().size());
       for (const StateVector& state : pass.path.states()) {

@@ -104,7 +104,7 @@ void RequireWgs84(const Frame& frame) {
 }
 
 // Sentinel-1A of S1A_IW2_VV_...
-std::string MissionOf(const ResultPass& pass, const ExportOptions& options) {
+std::string MissionOf(const files::ResultPass& pass, const ExportOptions& options) {
   if (!options.mission.empty()) return options.mission;
   const std::string& id = pass.id;
   const bool sentinel =
@@ -117,7 +117,7 @@ std::string MissionOf(const ResultPass& pass, const ExportOptions& options) {
 
 // The path at whole microseconds: 1 us is 7 mm of an orbit, so a state between two of them is not
 // rounded but computed anew. Below a nanosecond (7 um) it is the state itself.
-std::vector<OrbitState> StatesOf(const ResultPass& pass, const UtcTime& epoch) {
+std::vector<OrbitState> StatesOf(const files::ResultPass& pass, const UtcTime& epoch) {
   constexpr double kSame_s = 1e-9;
   std::vector<OrbitState> states;
   for (const StateVector& state : pass.path.states()) {
@@ -158,7 +158,7 @@ void WriteOrbitFiles(const std::filesystem::path& folder,
   RequireWgs84(view.result.frame);
   std::vector<OrbitFile> orbits;
   std::set<std::string> names;
-  for (const ResultPass& pass : view.result.passes) {
+  for (const files::ResultPass& pass : view.result.passes) {
     OrbitFile orbit{FileNameOf(pass.id), MissionOf(pass, view.options), {}};
     orbit.states = StatesOf(pass, EpochOf(pass, "an orbit file"));
     if (!names.insert(orbit.file).second) {

@@ -167,7 +167,7 @@ ImagePass PassAt(const SicdImage& image, const UtcTime& epoch) {
 /// One pass on its way into AdjustableParameterOffsets.
 class OffsetMaker {
  public:
-  OffsetMaker(const ResultFile& result, const PassImage& given)
+  OffsetMaker(const files::ResultFile& result, const PassImage& given)
       : result_(result),
         file_(given.file),
         image_(ReadSicd(given.file)),
@@ -405,7 +405,7 @@ class OffsetMaker {
         (look->range_rate_mps - rate_mps) * range_m / antenna.velocity_mps.norm()};
   }
 
-  const ResultFile& result_;
+  const files::ResultFile& result_;
   std::string file_;
   SicdImage image_;
   UtcTime epoch_;

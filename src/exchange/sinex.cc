@@ -85,7 +85,7 @@ void RequirePositiveDefinite(const SinexCovariance& covariance) {
 }  // namespace
 
 SinexCovariance FormCovariance(const ExportView& view) {
-  const ResultFile& result = view.result;
+  const files::ResultFile& result = view.result;
   SinexCovariance covariance;
   std::vector<std::size_t> place(result.points.size(), view.points.size());
   for (std::size_t i = 0; i < view.points.size(); ++i) {
@@ -145,10 +145,10 @@ struct DataSpan {
 
 // From the start of the first strip to the end of the last one; unknown unless every pass has an
 // epoch.
-DataSpan SpanOf(const ResultFile& result) {
+DataSpan SpanOf(const files::ResultFile& result) {
   UtcTime first, last;
   bool any = false;
-  for (const ResultPass& pass : result.passes) {
+  for (const files::ResultPass& pass : result.passes) {
     const auto epoch = ParseUtc(pass.epoch_utc);
     if (!epoch) return {};
     const UtcTime start = AddSeconds(*epoch, pass.start_s), end = AddSeconds(*epoch, pass.end_s);
@@ -241,14 +241,14 @@ class SinexWriter {
   }
 
   void Statistics() {
-    const ResultSummary& summary = view_.result.summary;
+    const files::ResultSummary& summary = view_.result.summary;
     Add("+SOLUTION/STATISTICS\n");
     Statistic("NUMBER OF OBSERVATIONS", summary.Count("observations"));
     Statistic("NUMBER OF UNKNOWNS", summary.Count("parameters"));
     Statistic("NUMBER OF DEGREES OF FREEDOM", summary.Count("redundancy"));
     // Of the observations and the degrees of freedom above, priors included.
     double factor = summary.sigma0_squared;
-    for (const ResultGroup& group : summary.groups) {
+    for (const files::ResultGroup& group : summary.groups) {
       if (group.name == "all") factor = group.factor;
     }
     Statistic("VARIANCE FACTOR", factor);
@@ -394,7 +394,7 @@ void WriteSites(const std::filesystem::path& file,
     NewRow(batch)
         .Text(kColumns("code"), codes[i].substr(0, codes[i].find(' ')))
         .Id(kColumns("point"), view.result.points.ids, point)
-        .Text(kColumns("role"), NameOf(view.result.points.role[point]));
+        .Text(kColumns("role"), files::NameOf(view.result.points.role[point]));
   });
   table->Commit();
 }

@@ -13,7 +13,7 @@
 #include "model/priors.h"
 #include "tables/toml.h"
 
-namespace sarblock {
+namespace sarblock::files {
 namespace {
 
 struct OptionReading {
@@ -487,4 +487,4 @@ std::string DumpAdjustTable(const AdjustTable& options) {
   return text + DumpCorrections(options.groups) + DumpPriors(options.priors);
 }
 
-}  // namespace sarblock
+}  // namespace sarblock::files

@@ -16,7 +16,7 @@
 #include "core/threads.h"
 #include "geometry/state_checks.h"
 
-namespace sarblock {
+namespace sarblock::files {
 namespace {
 
 // The table, with columns for what was measured: time and range, or line and pixel.
@@ -410,4 +410,4 @@ void ReadLooks(BlockReading* reading) {
   RefuseDuplicates(*reading, SortLooksByPoint(point_of_look, points.size(), &sorted));
 }
 
-}  // namespace sarblock
+}  // namespace sarblock::files

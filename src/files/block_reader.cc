@@ -23,7 +23,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-namespace sarblock {
+namespace sarblock::files {
 
 namespace {
 
@@ -701,4 +701,4 @@ BlockFile ReadBlockArrays(const BlockArrays& arrays, const ReadOptions& options)
   return ReadBlockFrom(ArraySource(arrays), options);
 }
 
-}  // namespace sarblock
+}  // namespace sarblock::files

@@ -18,7 +18,7 @@
 #include "tables/table.h"
 #include "tables/toml.h"
 
-namespace sarblock {
+namespace sarblock::files {
 
 /// What the readers of the single files share.
 struct BlockReading {
@@ -108,4 +108,4 @@ SceneTrajectoryError ReadTrajectoryError(SceneTable& table, const std::filesyste
 /// The `ellipsoid` of a block's or a scene's frame: a name, or { a_m = ..., f = ... }.
 [[nodiscard]] Ellipsoid ReadEllipsoid(const TomlValue& value);
 
-}  // namespace sarblock
+}  // namespace sarblock::files

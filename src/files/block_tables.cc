@@ -25,7 +25,7 @@
 #include "tables/toml.h"
 #include <Eigen/Eigenvalues>
 
-namespace sarblock {
+namespace sarblock::files {
 namespace {
 
 Eigen::Vector3d Position(const Row& row) {
@@ -494,4 +494,4 @@ std::size_t ApplyRejections(const std::filesystem::path& folder,
   return rejected;
 }
 
-}  // namespace sarblock
+}  // namespace sarblock::files

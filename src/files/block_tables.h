@@ -12,7 +12,7 @@
 
 #include "tables/table.h"
 
-namespace sarblock {
+namespace sarblock::files {
 
 /// Calls write(look, point) for the looks [begin, end) in their order.
 template <typename Write>
@@ -43,4 +43,4 @@ inline constexpr const char* kAllAdjusted = "all";
 /// The paths as the block gives them.
 [[nodiscard]] std::vector<FlightPath> NominalPaths(const Block& block);
 
-}  // namespace sarblock
+}  // namespace sarblock::files

@@ -13,7 +13,7 @@
 #include "core/text.h"
 #include "tables/open.h"
 
-namespace sarblock {
+namespace sarblock::files {
 namespace {
 
 namespace fs = std::filesystem;
@@ -307,4 +307,4 @@ void WriteBlock(const fs::path& target,
   });
 }
 
-}  // namespace sarblock
+}  // namespace sarblock::files

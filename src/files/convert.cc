@@ -14,7 +14,7 @@
 #include "tables/open.h"
 #include "tables/toml.h"
 
-namespace sarblock {
+namespace sarblock::files {
 namespace {
 
 namespace fs = std::filesystem;
@@ -151,4 +151,4 @@ ConversionReport Convert(const fs::path& from,
   return report;
 }
 
-}  // namespace sarblock
+}  // namespace sarblock::files

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace sarblock {
+namespace sarblock::files {
 
 /// What was converted.
 struct ConversionReport {
@@ -28,4 +28,4 @@ ConversionReport Convert(const std::filesystem::path& from,
                          Compression compression = Compression::kNone,
                          ProgressSink* progress = nullptr);
 
-}  // namespace sarblock
+}  // namespace sarblock::files

@@ -13,7 +13,7 @@
 #include "core/text.h"
 #include "model/priors.h"
 
-namespace sarblock {
+namespace sarblock::files {
 namespace {
 
 // clang-format off
@@ -601,4 +601,4 @@ std::string DumpPriors(const std::vector<JointPrior>& priors) {
   return text;
 }
 
-}  // namespace sarblock
+}  // namespace sarblock::files

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/files/block_file.h"
 #include "sarblock/model/options.h"
 
 #include <span>
@@ -10,7 +11,7 @@
 
 #include "tables/toml.h"
 
-namespace sarblock {
+namespace sarblock::files {
 
 /// Kinds of correction groups in the order of CorrectionGroup::model.
 const std::vector<std::string>& CorrectionKinds();
@@ -50,4 +51,4 @@ AdjustTable ReadAdjust(const TomlTable& block_toml, const std::vector<std::strin
 /// The name of the value that an option of type text has: "covariance", "quality.test".
 std::string NameOfChoice(std::string_view key, const AdjustTable& options);
 
-}  // namespace sarblock
+}  // namespace sarblock::files

@@ -14,7 +14,7 @@
 #include "tables/table.h"
 #include <nlohmann/json.hpp>
 
-namespace sarblock {
+namespace sarblock::files {
 namespace {
 
 // Fixed notation: 12 decimals of a degree are 0.1 micrometre, so that small ellipses keep shape.
@@ -185,4 +185,4 @@ void WriteGeoJson(const std::filesystem::path& file, const GeoJsonContent& conte
   out.Commit();
 }
 
-}  // namespace sarblock
+}  // namespace sarblock::files

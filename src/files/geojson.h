@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace sarblock {
+namespace sarblock::files {
 
 /// Name of a role in tables: "tie", "control", "check".
 [[nodiscard]] const char* NameOf(PointRole role);
@@ -39,4 +39,4 @@ struct GeoJsonContent {
 /// are null.
 void WriteGeoJson(const std::filesystem::path& file, const GeoJsonContent& content);
 
-}  // namespace sarblock
+}  // namespace sarblock::files

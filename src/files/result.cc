@@ -21,7 +21,7 @@
 #include "tables/table.h"
 #include "tables/toml.h"
 
-namespace sarblock {
+namespace sarblock::files {
 
 /// What the readers of the single files of a result share.
 struct ResultReading {
@@ -731,4 +731,4 @@ void ReadResultSummary(ResultReading* reading) {
   }
 }
 
-}  // namespace sarblock
+}  // namespace sarblock::files

@@ -11,7 +11,7 @@
 #include "block_tables.h"
 #include "quality/assess.h"
 
-namespace sarblock {
+namespace sarblock::files {
 namespace {
 
 using Triple = std::array<double, 3>;
@@ -384,4 +384,4 @@ void WriteResidualTable(TableSink* sink, const ResultView& view) {
   table->Commit();
 }
 
-}  // namespace sarblock
+}  // namespace sarblock::files

@@ -8,7 +8,7 @@
 #include "geojson.h"
 #include "tables/table.h"
 
-namespace sarblock {
+namespace sarblock::files {
 
 /// What the writers of the single files of a result share.
 struct ResultView {
@@ -31,4 +31,4 @@ void WriteControlTable(TableSink* sink, const ResultView& view);
 void WritePairTable(TableSink* sink, const ResultView& view);
 void WriteStripTable(TableSink* sink, const ResultView& view);
 
-}  // namespace sarblock
+}  // namespace sarblock::files

@@ -9,7 +9,7 @@
 #include "tables/csv.h"
 #include "tables/toml.h"
 
-namespace sarblock {
+namespace sarblock::files {
 namespace {
 
 constexpr char kSceneFormat[] = "sarblock-scene 1";
@@ -347,4 +347,4 @@ std::vector<std::string> SceneKeys() {
   return keys;
 }
 
-}  // namespace sarblock
+}  // namespace sarblock::files

@@ -26,7 +26,7 @@
 #include <nlohmann/json.hpp>
 #include <toml++/toml.h>
 
-namespace sarblock {
+namespace sarblock::files {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -100,7 +100,7 @@ Json Counts(const Block& block, const AdjustResult& result) {
                  {"looks_used", result.looks_used},
                  {"looks_not_evaluated", result.looks_not_evaluated}};
   for (const PointRole role : {PointRole::kTie, PointRole::kControl, PointRole::kCheck}) {
-    counts[std::string(NameOf(role)) + "_points"] =
+    counts[std::string(files::NameOf(role)) + "_points"] =
         std::count(block.points.role.begin(), block.points.role.end(), role);
   }
   counts["point_status"] = Json::object();
@@ -689,4 +689,4 @@ std::vector<CorrectionGroup> CorrectionsOf(const ResultFile& result) {
       .groups;
 }
 
-}  // namespace sarblock
+}  // namespace sarblock::files

@@ -13,7 +13,7 @@
 #include "tables/table.h"
 #include <nlohmann/json.hpp>
 
-namespace sarblock {
+namespace sarblock::files {
 
 /// The parts `quality`, `snooping` and `check_points` of summary.json.
 [[nodiscard]] nlohmann::ordered_json QualityJson(const Block& block,
@@ -45,4 +45,4 @@ void WriteMonteCarloTable(TableSink* sink, const ResultView& view);
 /// `adjust` writes.
 [[nodiscard]] std::vector<CorrectionGroup> CorrectionsOf(const ResultFile& result);
 
-}  // namespace sarblock
+}  // namespace sarblock::files

@@ -94,7 +94,7 @@ template <typename Row>
 
 /// A column of a table as the library reads it, with what holds its numbers.
 struct FixedColumn {
-  ArrayColumn column;
+  files::ArrayColumn column;
   pybind11::object holder;
 };
 /// Throws InputError for an array that is no column: not one dimension, no numbers, no strings.

@@ -36,31 +36,31 @@ std::vector<std::string> PassIds(const Block& block) {
 
 BlockPointer ReadBlockAt(const std::filesystem::path& path,
                          const std::vector<std::string>& overrides,
-                         Measurements measurements,
+                         files::Measurements measurements,
                          ProgressSink* progress) {
   auto data = std::make_shared<BlockData>();
   std::tie(data->toml_name, data->toml) = TablesAt(path, FolderContent::kBlock)->Read("block.toml");
-  ReadOptions options;
+  files::ReadOptions options;
   options.measurements = measurements;
   options.set_overrides = overrides;
   options.progress = progress;
-  data->file = ReadBlock(path, options);
+  data->file = files::ReadBlock(path, options);
   data->overrides = overrides;
   data->path = std::filesystem::absolute(path);
-  data->inputs = ListInputFiles(path, data->file.adjust);
-  data->truth = ReadTruth(path, data->file.block);  // the path may hold another block later
+  data->inputs = files::ListInputFiles(path, data->file.adjust);
+  data->truth = files::ReadTruth(path, data->file.block);  // the path may hold another block later
   data->measurements = measurements;
   return data;
 }
 
-BlockPointer BlockOfArrays(const BlockArrays& arrays,
-                           Measurements measurements,
+BlockPointer BlockOfArrays(const files::BlockArrays& arrays,
+                           files::Measurements measurements,
                            ProgressSink* progress) {
   auto data = std::make_shared<BlockData>();
-  ReadOptions options;
+  files::ReadOptions options;
   options.measurements = measurements;
   options.progress = progress;
-  data->file = ReadBlockArrays(arrays, options);
+  data->file = files::ReadBlockArrays(arrays, options);
   data->toml = arrays.block_toml;
   data->toml_name = "block.toml";
   data->measurements = measurements;
@@ -72,22 +72,22 @@ BlockPointer SimulateScene(const std::string& name,
                            const std::vector<std::string>& overrides,
                            int threads,
                            ProgressSink* progress) {
-  const Scene scene =
-      text == nullptr ? ReadScene(name, overrides) : ParseScene(*text, name, overrides);
+  const Scene scene = text == nullptr ? files::ReadScene(name, overrides)
+                                      : files::ParseScene(*text, name, overrides);
   SimulatedBlock simulated = CallInLibrary(
       threads, progress, [&] { return Naming(name, [&] { return Simulate(scene, progress); }); });
   auto data = std::make_shared<BlockData>();
-  data->file.adjust = ReadAdjustTable(scene.adjust_toml, name, PassIds(simulated.block));
+  data->file.adjust = files::ReadAdjustTable(scene.adjust_toml, name, PassIds(simulated.block));
   data->file.block = std::move(simulated.block);
   data->truth = std::move(simulated.truth);
-  data->toml = DumpAdjustTable(data->file.adjust);  // as its block.toml would have it
+  data->toml = files::DumpAdjustTable(data->file.adjust);  // as its block.toml would have it
   data->toml_name = name;
   return data;
 }
 
-AdjustTable OptionsOf(const BlockData& data,
-                      const std::vector<std::string>& overrides,
-                      int threads) {
+files::AdjustTable OptionsOf(const BlockData& data,
+                             const std::vector<std::string>& overrides,
+                             int threads) {
   std::vector<std::string> all = data.overrides;
   for (const std::string& text : overrides) {
     if (text.starts_with("trajectory.")) {
@@ -96,7 +96,8 @@ AdjustTable OptionsOf(const BlockData& data,
     }
     all.push_back(text);
   }
-  AdjustTable options = ReadAdjustTable(data.toml, data.toml_name, PassIds(data.file.block), all);
+  files::AdjustTable options =
+      files::ReadAdjustTable(data.toml, data.toml_name, PassIds(data.file.block), all);
   options.threads = threads > 0 ? threads : AvailableCores();
   return options;
 }
@@ -107,8 +108,9 @@ std::filesystem::path HomeOf(const BlockData& data) {
 
 void RequireAsRead(const BlockData& data, const std::string& list) {
   const std::filesystem::path file = FolderOf(data.path) / list;
-  for (const InputFile& input : data.inputs) {
-    if (input.name != file.filename().string() || input.sha256 == Sha256OfFile(file)) continue;
+  for (const files::InputFile& input : data.inputs) {
+    if (input.name != file.filename().string() || input.sha256 == files::Sha256OfFile(file))
+      continue;
     throw InputError(FilePlace{file.string(), 0, ""},
                      "has changed since the block was read, which names it; read_block reads both");
   }
@@ -256,8 +258,8 @@ py::dict DescribePass(const BlockData& data, std::size_t index) {
   return out;
 }
 
-Measurements MeasurementsOf(bool plan) {
-  return plan ? Measurements::kOptional : Measurements::kRequired;
+files::Measurements MeasurementsOf(bool plan) {
+  return plan ? files::Measurements::kOptional : files::Measurements::kRequired;
 }
 
 /// By name of the table the arrays by name of the column.
@@ -272,12 +274,12 @@ std::shared_ptr<BlockData> FromArrays(const std::string& toml,
   for (const std::string& id : pass_ids) passes->Append(id);
   std::shared_ptr<const IdTable> points = std::make_shared<IdTable>();
   std::vector<FixedColumn> fixed;
-  BlockArrays arrays{toml, {}};
+  files::BlockArrays arrays{toml, {}};
   // Those of the points first: indices of other tables count in them.
   for (const char* name : {"points", "trajectories", "observations"}) {
     const auto given = tables.find(name);
     if (given == tables.end()) continue;
-    ArrayTable table{name, {}};
+    files::ArrayTable table{name, {}};
     for (const auto& [column, array] : given->second) {
       if (column == "pass_index") {
         fixed.push_back(IndexColumnOf(name, column, array, passes));
@@ -310,7 +312,7 @@ py::dict Check(const std::shared_ptr<BlockData>& data,
                int threads,
                const py::object& progress) {
   const BlockCheck check = RunWork(progress, [&](ProgressSink* sink) {
-    const AdjustTable options = OptionsOf(*data, overrides, threads);
+    const files::AdjustTable options = OptionsOf(*data, overrides, threads);
     return Naming(data->path.string(), [&] { return CheckBlock(data->file.block, options, sink); });
   });
   std::vector<std::string> warnings = data->file.warnings;
@@ -330,11 +332,11 @@ void WriteBlockData(const BlockData& data,
     RequireFolderFor(
         FolderContent::kBlock, path, force ? ForeignFiles::kReplace : ForeignFiles::kRefuse);
     const Truth& truth = data.truth;
-    WriteBlock(path,
-               data.file.block,
-               data.file.adjust,
-               truth.points_m.empty() ? nullptr : &truth,
-               gzip ? Compression::kGzip : Compression::kNone);
+    files::WriteBlock(path,
+                      data.file.block,
+                      data.file.adjust,
+                      truth.points_m.empty() ? nullptr : &truth,
+                      gzip ? Compression::kGzip : Compression::kNone);
   });
 }
 
@@ -371,7 +373,7 @@ void BindBlock(py::module_* module) {
       .def(
           "options",
           [](const BlockData& data, const std::vector<std::string>& set) {
-            return DumpAdjustTable(OptionsOf(data, set, 1));
+            return files::DumpAdjustTable(OptionsOf(data, set, 1));
           },
           py::arg("set"),
           "The [adjust] table as TOML, with KEY=VALUE texts over it.")

@@ -100,7 +100,7 @@ void Translate(std::exception_ptr pointer) {
 
 py::list OptionTable() {
   py::list out;
-  for (const AdjustOption& option : AdjustOptionTable()) {
+  for (const files::AdjustOption& option : files::AdjustOptionTable()) {
     out.append(py::make_tuple(std::string(option.key),
                               std::string(option.type),
                               std::string(option.allowed),

@@ -22,23 +22,23 @@ namespace sarblock::python {
 /// A block in memory, never changed once it is made, and what is needed to read `[adjust]` anew
 /// with other options.
 struct BlockData {
-  BlockFile file;
-  Truth truth;                         ///< of a simulation
-  std::string toml;                    ///< place of [adjust]
-  std::string toml_name;               ///< for messages
-  std::vector<std::string> overrides;  ///< KEY=VALUE that it was read with
-  std::filesystem::path path;          ///< absolute; empty: it was never a file
-  std::vector<InputFile> inputs;       ///< of the path, as they were when it was read
-  Measurements measurements = Measurements::kRequired;
+  files::BlockFile file;
+  Truth truth;                           ///< of a simulation
+  std::string toml;                      ///< place of [adjust]
+  std::string toml_name;                 ///< for messages
+  std::vector<std::string> overrides;    ///< KEY=VALUE that it was read with
+  std::filesystem::path path;            ///< absolute; empty: it was never a file
+  std::vector<files::InputFile> inputs;  ///< of the path, as they were when it was read
+  files::Measurements measurements = files::Measurements::kRequired;
 };
 using BlockPointer = std::shared_ptr<const BlockData>;
 
 [[nodiscard]] BlockPointer ReadBlockAt(const std::filesystem::path& path,
                                        const std::vector<std::string>& overrides,
-                                       Measurements measurements,
+                                       files::Measurements measurements,
                                        ProgressSink* progress);
-[[nodiscard]] BlockPointer BlockOfArrays(const BlockArrays& arrays,
-                                         Measurements measurements,
+[[nodiscard]] BlockPointer BlockOfArrays(const files::BlockArrays& arrays,
+                                         files::Measurements measurements,
                                          ProgressSink* progress);
 /// `text` is that of a scene, or null: the file `name` is read.
 [[nodiscard]] BlockPointer SimulateScene(const std::string& name,
@@ -48,9 +48,9 @@ using BlockPointer = std::shared_ptr<const BlockData>;
                                          ProgressSink* progress);
 
 /// The options of the block with others over them.
-[[nodiscard]] AdjustTable OptionsOf(const BlockData& data,
-                                    const std::vector<std::string>& overrides,
-                                    int threads);
+[[nodiscard]] files::AdjustTable OptionsOf(const BlockData& data,
+                                           const std::vector<std::string>& overrides,
+                                           int threads);
 /// The folder from which the names of lists count.
 [[nodiscard]] std::filesystem::path HomeOf(const BlockData& data);
 /// Throws InputError where a list that the block itself names is not what it was when the block was
@@ -76,17 +76,17 @@ enum class Task { kAdjust, kIntersect, kPredict };
 struct SolvedBlock {
   BlockPointer source;
   std::optional<Block> changed;  ///< where a list of rejections left looks out
-  AdjustTable options;
+  files::AdjustTable options;
   AdjustResult result;
-  ResultContext context;
+  files::ResultContext context;
   [[nodiscard]] const Block& block() const { return changed ? *changed : source->file.block; }
 };
 
 /// A result in memory, never changed once it is made: solved here, or read from files.
 struct ResultData {
   std::optional<SolvedBlock> solved;
-  std::optional<ResultFile> file;  ///< where it is not solved
-  std::filesystem::path path;      ///< of what was read
+  std::optional<files::ResultFile> file;  ///< where it is not solved
+  std::filesystem::path path;             ///< of what was read
 
   [[nodiscard]] const PointResults& points() const {
     return file ? file->points.results : solved->result.points;

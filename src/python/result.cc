@@ -30,7 +30,7 @@ constexpr const char* kTaskNames[] = {"adjust", "intersect", "predict"};
 
 /// A plan, read without measured values, can only be predicted.
 void RequireMeasurements(const BlockData& data, Task task) {
-  if (data.measurements == Measurements::kRequired || task == Task::kPredict) return;
+  if (data.measurements == files::Measurements::kRequired || task == Task::kPredict) return;
   const Looks& looks = data.file.block.looks;
   for (std::size_t look = 0; look < looks.size(); ++look) {
     if (!std::isnan(looks.time_s[look]) && !std::isnan(looks.range_m[look])) continue;
@@ -41,15 +41,15 @@ void RequireMeasurements(const BlockData& data, Task task) {
 }
 
 /// The files of a block as it was read, with lists that these options name beside.
-std::vector<InputFile> InputsOf(const BlockData& data, const AdjustTable& options) {
+std::vector<files::InputFile> InputsOf(const BlockData& data, const files::AdjustTable& options) {
   if (data.path.empty()) return {};
-  std::vector<InputFile> inputs = data.inputs;
-  const AdjustTable& read = data.file.adjust;
+  std::vector<files::InputFile> inputs = data.inputs;
+  const files::AdjustTable& read = data.file.adjust;
   if (options.pairs_file == read.pairs_file && options.rejections_file == read.rejections_file) {
     return inputs;
   }
-  for (InputFile& input : ListInputFiles(data.path, options)) {
-    const auto same = [&input](const InputFile& known) { return known.name == input.name; };
+  for (files::InputFile& input : files::ListInputFiles(data.path, options)) {
+    const auto same = [&input](const files::InputFile& known) { return known.name == input.name; };
     if (std::none_of(inputs.begin(), inputs.end(), same)) inputs.push_back(std::move(input));
   }
   return inputs;
@@ -60,11 +60,11 @@ AdjustResult Run(Task task,
                  const std::optional<std::vector<Eigen::Vector3d>>& positions_m,
                  ProgressSink* progress) {
   const Block& block = solved.block();
-  const AdjustTable& options = solved.options;
+  const files::AdjustTable& options = solved.options;
   if (task == Task::kIntersect) return IntersectBlock(block, options, progress);
   PointPairs pairs;
   if (options.pairs == PairChoice::kList) {
-    pairs = ReadPairs(HomeOf(*solved.source), options.pairs_file, block);
+    pairs = files::ReadPairs(HomeOf(*solved.source), options.pairs_file, block);
     if (options.pairs_file == solved.source->file.adjust.pairs_file) {
       RequireAsRead(*solved.source, options.pairs_file);
     }
@@ -86,7 +86,7 @@ AdjustResult Run(Task task,
 std::vector<std::string> ResultData::PassIds() const {
   std::vector<std::string> ids;
   if (file) {
-    for (const ResultPass& pass : file->passes) ids.push_back(pass.id);
+    for (const files::ResultPass& pass : file->passes) ids.push_back(pass.id);
   } else {
     for (const Pass& pass : solved->block().passes) ids.push_back(pass.id);
   }
@@ -95,7 +95,7 @@ std::vector<std::string> ResultData::PassIds() const {
 
 std::string ResultData::Summary() const {
   if (file) return file->summary.json;
-  return SummaryJson(solved->block(), solved->options, solved->result, solved->context);
+  return files::SummaryJson(solved->block(), solved->options, solved->result, solved->context);
 }
 
 std::shared_ptr<const ResultData> Solve(
@@ -113,7 +113,7 @@ std::shared_ptr<const ResultData> Solve(
   if (!solved.options.rejections_file.empty()) {
     solved.changed = block->file.block;
     static_cast<void>(
-        ApplyRejections(HomeOf(*block), solved.options.rejections_file, &*solved.changed));
+        files::ApplyRejections(HomeOf(*block), solved.options.rejections_file, &*solved.changed));
     if (solved.options.rejections_file == block->file.adjust.rejections_file) {
       RequireAsRead(*block, solved.options.rejections_file);
     }
@@ -133,10 +133,10 @@ std::shared_ptr<const ResultData> Solve(
 
 std::shared_ptr<const ResultData> ReadResultAt(const std::filesystem::path& path,
                                                ProgressSink* progress) {
-  ReadResultOptions options;
+  files::ReadResultOptions options;
   options.progress = progress;
   auto data = std::make_shared<ResultData>();
-  data->file = ReadResult(path, options);
+  data->file = files::ReadResult(path, options);
   data->path = std::filesystem::absolute(path);
   return data;
 }
@@ -176,7 +176,7 @@ py::object Reasons(const ResultData& data) {
 template <typename Number>
 py::object LookColumn(const py::handle& self,
                       const ResultData& data,
-                      std::vector<Number> ResultLooks::*read,
+                      std::vector<Number> files::ResultLooks::*read,
                       std::vector<Number> LookResults::*solved) {
   if (data.file) return OptionalView(self, data.file->looks.*read);
   return OptionalView(self, data.solved->result.looks.*solved);
@@ -184,7 +184,7 @@ py::object LookColumn(const py::handle& self,
 
 py::object QualityColumn(const py::handle& self,
                          const ResultData& data,
-                         std::array<std::vector<float>, 2> ResultLooks::*read,
+                         std::array<std::vector<float>, 2> files::ResultLooks::*read,
                          std::array<std::vector<float>, 2> LookQuality::*solved,
                          std::size_t component) {
   if (data.file) return OptionalView(self, (data.file->looks.*read)[component]);
@@ -293,20 +293,20 @@ ResultArrays LookArrays() {
       {"looks.range_residual_m",
        [](const py::handle& self, const ResultData& data) {
          return LookColumn(
-             self, data, &ResultLooks::range_residual_m, &LookResults::range_residual_m);
+             self, data, &files::ResultLooks::range_residual_m, &LookResults::range_residual_m);
        }},
       {"looks.azimuth_residual_m",
        [](const py::handle& self, const ResultData& data) {
          return LookColumn(
-             self, data, &ResultLooks::azimuth_residual_m, &LookResults::azimuth_residual_m);
+             self, data, &files::ResultLooks::azimuth_residual_m, &LookResults::azimuth_residual_m);
        }},
       {"looks.weight",
        [](const py::handle& self, const ResultData& data) {
-         return LookColumn(self, data, &ResultLooks::weight, &LookResults::weight);
+         return LookColumn(self, data, &files::ResultLooks::weight, &LookResults::weight);
        }},
       {"looks.rejected",
        [](const py::handle& self, const ResultData& data) {
-         return LookColumn(self, data, &ResultLooks::rejected, &LookResults::rejected);
+         return LookColumn(self, data, &files::ResultLooks::rejected, &LookResults::rejected);
        }},
       {"looks.flags",
        [](const py::handle& self, const ResultData& data) -> py::object {
@@ -322,19 +322,21 @@ ResultArrays LookArrays() {
        }},
       {"looks.range_redundancy_1",
        [](const py::handle& self, const ResultData& data) {
-         return QualityColumn(self, data, &ResultLooks::redundancy, &LookQuality::redundancy, 0);
+         return QualityColumn(
+             self, data, &files::ResultLooks::redundancy, &LookQuality::redundancy, 0);
        }},
       {"looks.azimuth_redundancy_1",
        [](const py::handle& self, const ResultData& data) {
-         return QualityColumn(self, data, &ResultLooks::redundancy, &LookQuality::redundancy, 1);
+         return QualityColumn(
+             self, data, &files::ResultLooks::redundancy, &LookQuality::redundancy, 1);
        }},
       {"looks.range_w_1",
        [](const py::handle& self, const ResultData& data) {
-         return QualityColumn(self, data, &ResultLooks::w, &LookQuality::w, 0);
+         return QualityColumn(self, data, &files::ResultLooks::w, &LookQuality::w, 0);
        }},
       {"looks.azimuth_w_1",
        [](const py::handle& self, const ResultData& data) {
-         return QualityColumn(self, data, &ResultLooks::w, &LookQuality::w, 1);
+         return QualityColumn(self, data, &files::ResultLooks::w, &LookQuality::w, 1);
        }},
   };
 }
@@ -442,7 +444,7 @@ void WriteResultData(const ResultData& data,
       RequireSame(data);
       RequireFolderFor(
           FolderContent::kResult, path, force ? ForeignFiles::kReplace : ForeignFiles::kRefuse);
-      Convert(data.path, path, compression, sink);
+      files::Convert(data.path, path, compression, sink);
       return;
     }
     const SolvedBlock& solved = *data.solved;
@@ -454,9 +456,10 @@ void WriteResultData(const ResultData& data,
     }
     RequireFolderFor(
         FolderContent::kResult, path, force ? ForeignFiles::kReplace : ForeignFiles::kRefuse);
-    ResultContext context = solved.context;
+    files::ResultContext context = solved.context;
     context.compression = compression;
-    static_cast<void>(WriteResult(path, solved.block(), solved.options, solved.result, context));
+    static_cast<void>(
+        files::WriteResult(path, solved.block(), solved.options, solved.result, context));
   });
 }
 

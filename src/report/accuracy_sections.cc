@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kMaxKnownRows = 300;
 constexpr std::size_t kMaxChecks = 400;  // in a chart
 
-std::vector<std::string> TestRow(const std::string& name, const ResultTest& test) {
+std::vector<std::string> TestRow(const std::string& name, const files::ResultTest& test) {
   return {name,
           Shown(test.sigma0_squared),
           Shown(test.lower / test.redundancy),
@@ -23,7 +23,7 @@ std::vector<std::string> TestRow(const std::string& name, const ResultTest& test
           test.passed ? "passed" : "FAILED"};
 }
 
-PageTable GroupTable(const ResultSummary& summary) {
+PageTable GroupTable(const files::ResultSummary& summary) {
   PageTable table;
   table.title = "Groups of observations";
   table.columns = {{"group", false},
@@ -32,7 +32,7 @@ PageTable GroupTable(const ResultSummary& summary) {
                    {"variance factor", true},
                    {"from", true},
                    {"to", true}};
-  for (const ResultGroup& group : summary.groups) {
+  for (const files::ResultGroup& group : summary.groups) {
     if (group.name != "all" && !(group.lower <= group.factor && group.factor <= group.upper)) {
       table.marked.push_back(table.rows.size());
     }
@@ -50,7 +50,7 @@ PageTable GroupTable(const ResultSummary& summary) {
   return table;
 }
 
-PageTable VarianceTable(const ResultSummary& summary) {
+PageTable VarianceTable(const files::ResultSummary& summary) {
   PageTable table;
   table.title = "Variance components";
   table.columns = {{"group", false},
@@ -62,7 +62,7 @@ PageTable VarianceTable(const ResultSummary& summary) {
                    {"sigma after", true},
                    {"unit", false},
                    {"note", false}};
-  for (const ResultVariance& v : summary.variances) {
+  for (const files::ResultVariance& v : summary.variances) {
     table.rows.push_back({v.group,
                           v.component,
                           ReadableCount(v.looks),
@@ -80,7 +80,7 @@ PageTable VarianceTable(const ResultSummary& summary) {
   return table;
 }
 
-void AddMonteCarlo(const ResultRepetition& runs, PageSection* section) {
+void AddMonteCarlo(const files::ResultRepetition& runs, PageSection* section) {
   PageTable table;
   table.title = fmt::format("Repeated adjustments with drawn noise: {} runs", runs.runs);
   table.columns = {{"figure", false},
@@ -88,7 +88,7 @@ void AddMonteCarlo(const ResultRepetition& runs, PageSection* section) {
                    {"mean", true},
                    {"99 % interval of the mean", true},
                    {"", false}};
-  for (const ResultRepetition::Figure& row : runs.figures) {
+  for (const files::ResultRepetition::Figure& row : runs.figures) {
     if (!row.agrees) table.marked.push_back(table.rows.size());
     table.rows.push_back({row.name,
                           Shown(row.expected),
@@ -139,7 +139,7 @@ PageFigure ErrorFigure(const KnownFigure& known, const char* axis, std::size_t c
 
 void AddCheckItems(const ResultFolder& result, PageSection* section) {
   const std::array<const char*, 3> axes = AxisNames(result.file.frame);
-  const ResultPoints& points = result.file.points;
+  const files::ResultPoints& points = result.file.points;
   if (result.file.summary.checks && !result.file.summary.checks->says.empty()) {
     const std::string& says = result.file.summary.checks->says;
     section->items.emplace_back(PageText{Capital(says) + (says.ends_with('.') ? "" : "."), ""});
@@ -227,8 +227,8 @@ PageTable CheckTable(const ResultFolder& result) {
 
 PageTable ControlTable(const ResultFolder& result) {
   const std::array<const char*, 3> axes = AxisNames(result.file.frame);
-  std::vector<const ResultControl*> order;
-  for (const ResultControl& control : result.file.control) order.push_back(&control);
+  std::vector<const files::ResultControl*> order;
+  for (const files::ResultControl& control : result.file.control) order.push_back(&control);
   std::stable_sort(order.begin(), order.end(), [](const auto* a, const auto* b) {
     return std::abs(a->w) > std::abs(b->w);
   });
@@ -245,7 +245,7 @@ PageTable ControlTable(const ResultFolder& result) {
   const double critical =
       result.file.summary.tests ? result.file.summary.tests->critical_w : kAbsent;
   for (std::size_t i = 0; i < std::min(order.size(), kMaxKnownRows); ++i) {
-    const ResultControl& c = *order[i];
+    const files::ResultControl& c = *order[i];
     if (std::abs(c.w) > critical) table.marked.push_back(i);
     table.rows.push_back({std::string(result.file.points.ids[c.point]),
                           axes[static_cast<std::size_t>(c.component)],
@@ -268,7 +268,7 @@ PageTable ControlTable(const ResultFolder& result) {
 
 PageSection TestSection(const ResultFolder& result) {
   PageSection section{"test", "Global test and variance components", {}};
-  const ResultSummary& summary = result.file.summary;
+  const files::ResultSummary& summary = result.file.summary;
   if (!summary.chi_square) {
     section.items.emplace_back(
         PageText{summary.status == "predicted"

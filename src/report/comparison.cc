@@ -19,7 +19,7 @@ using Key = std::pair<std::string, std::string>;
 double Larger(double a, double b) { return std::fmax(a, b); }
 
 void ComparePoints(const ResultFolder& a, const ResultFolder& b, ResultDifference* out) {
-  const ResultPoints &pa = a.file.points, &pb = b.file.points;
+  const files::ResultPoints &pa = a.file.points, &pb = b.file.points;
   std::size_t matched = 0;
   for (std::uint32_t i = 0; i < pa.size(); ++i) {
     if (!IsSolved(pa.results.status[i])) continue;
@@ -71,7 +71,9 @@ void CompareParameters(const std::vector<ParameterResult>& a,
   out->parameters_only_in_b = b.size() - out->parameters.size();
 }
 
-void CompareSettings(const ResultSummary& a, const ResultSummary& b, ResultDifference* out) {
+void CompareSettings(const files::ResultSummary& a,
+                     const files::ResultSummary& b,
+                     ResultDifference* out) {
   std::map<std::string, std::array<std::string, 2>> values;
   for (const auto& [key, value] : a.configuration) values[key][0] = value;
   for (const auto& [key, value] : b.configuration) values[key][1] = value;
@@ -79,8 +81,8 @@ void CompareSettings(const ResultSummary& a, const ResultSummary& b, ResultDiffe
     if (value[0] != value[1]) out->settings.push_back({key, value[0], value[1]});
   }
   std::map<std::string, std::array<std::string, 2>> files;
-  for (const InputFile& input : a.inputs) files[input.name][0] = input.sha256;
-  for (const InputFile& input : b.inputs) files[input.name][1] = input.sha256;
+  for (const files::InputFile& input : a.inputs) files[input.name][0] = input.sha256;
+  for (const files::InputFile& input : b.inputs) files[input.name][1] = input.sha256;
   for (const auto& [name, sums] : files) {
     if (sums[0] != sums[1]) out->inputs.push_back(name);
   }
@@ -127,8 +129,8 @@ PageTable FigureTable(const Side& a, const Side& b) {
   const auto number = [&](const std::string& name, double va, double vb) {
     table.rows.push_back({name, Shown(va), Shown(vb), Ratio(va, vb)});
   };
-  const ResultSummary& sa = a.result.file.summary;
-  const ResultSummary& sb = b.result.file.summary;
+  const files::ResultSummary& sa = a.result.file.summary;
+  const files::ResultSummary& sb = b.result.file.summary;
   text("verdict", a.headline.word, b.headline.word);
   text("command", sa.command, sb.command);
   text("block", sa.block, sb.block);
@@ -158,7 +160,7 @@ PageTable FigureTable(const Side& a, const Side& b) {
   if (sa.checks && sb.checks) {
     number("check points, error over sigma", sa.checks->error_ratio, sb.checks->error_ratio);
   }
-  const auto above = [](const ResultSummary& s) {
+  const auto above = [](const files::ResultSummary& s) {
     return s.tests ? static_cast<double>(s.tests->above_all()) : kAbsent;
   };
   count("observations beyond the critical value", above(sa), above(sb));

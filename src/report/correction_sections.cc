@@ -152,7 +152,7 @@ PageTable CandidateTable(const ResultFolder& result) {
 }
 
 /// Medians of the standard deviations of differences.
-PageText PairText(const ResultFile& file) {
+PageText PairText(const files::ResultFile& file) {
   const auto median = [&](const auto& value_m) {
     std::vector<double> values_m;
     for (const PairResult& pair : file.pairs) values_m.push_back(value_m(pair));
@@ -222,7 +222,7 @@ PageSection CorrectionSection(const ResultFolder& result) {
 
 PageSection ModelSection(const ResultFolder& result) {
   PageSection section{"model", "What was modelled and why", {}};
-  const ResultSummary& summary = result.file.summary;
+  const files::ResultSummary& summary = result.file.summary;
   if (result.file.candidates.empty()) {
     std::string groups;
     for (const auto& [key, value] : summary.configuration) {

@@ -14,11 +14,11 @@
 namespace sarblock {
 namespace {
 
-bool HasSigma(const ResultPoints& points, std::size_t i) {
+bool HasSigma(const files::ResultPoints& points, std::size_t i) {
   return IsSolved(points.results.status[i]) && !std::isnan(SigmaOf(points, i, 0));
 }
 
-bool IsFree(const ResultPoints& points, std::size_t i) {
+bool IsFree(const files::ResultPoints& points, std::size_t i) {
   return HasSigma(points, i) && points.role[i] != PointRole::kControl &&
          points.results.looks[i] > 1;
 }
@@ -26,7 +26,7 @@ bool IsFree(const ResultPoints& points, std::size_t i) {
 /// See AccuracyFigures::along_track.
 double AlongTrack(const ResultFolder& result, const MapPlane& plane, std::size_t axis) {
   if (axis == 2) return 0.0;
-  const ResultLooks& looks = result.file.looks;
+  const files::ResultLooks& looks = result.file.looks;
   std::vector<double> weight(result.file.passes.size(), 0.0);
   for (std::size_t i = 0; i < looks.size(); ++i) {
     if (looks.rejected[i] == 0 && IsFree(result.file.points, looks.point[i])) {
@@ -47,7 +47,7 @@ double AlongTrack(const ResultFolder& result, const MapPlane& plane, std::size_t
   return weights > 0.0 ? sum / weights : kAbsent;
 }
 
-ConvexHull HullOfControl(const ResultPoints& points, const MapPlane& plane) {
+ConvexHull HullOfControl(const files::ResultPoints& points, const MapPlane& plane) {
   std::vector<std::array<double, 2>> places_m;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (points.role[i] == PointRole::kControl) {
@@ -57,7 +57,7 @@ ConvexHull HullOfControl(const ResultPoints& points, const MapPlane& plane) {
   return ConvexHull(std::move(places_m));
 }
 
-AccuracyFigures::Group DescribeGroup(const ResultPoints& points,
+AccuracyFigures::Group DescribeGroup(const files::ResultPoints& points,
                                      const std::vector<std::uint32_t>& members,
                                      const ConvexHull& hull,
                                      const MapPlane& plane) {
@@ -109,7 +109,7 @@ std::array<double, 2> MapPlane::Place(const Eigen::Vector3d& position_m) const {
 }
 
 AccuracyFigures DescribeAccuracy(const ResultFolder& result) {
-  const ResultPoints& points = result.file.points;
+  const files::ResultPoints& points = result.file.points;
   AccuracyFigures out;
   std::vector<std::uint32_t> members, free;
   for (std::uint32_t i = 0; i < points.size(); ++i) {
@@ -292,9 +292,9 @@ std::string AxesPhrase(const std::array<double, 3>& sigma_m,
 }
 
 /// What the global test says where it failed: by how much, and what that means for the figures.
-std::string FitClause(const ResultSummary& summary) {
+std::string FitClause(const files::ResultSummary& summary) {
   if (!summary.chi_square || summary.chi_square->passed) return "";
-  const ResultTest& test = *summary.chi_square;
+  const files::ResultTest& test = *summary.chi_square;
   const bool worse = test.sigma0_squared * test.redundancy > test.upper;
   return fmt::format("; residuals are {} times as large as stated, {}",
                      Brief(std::sqrt(test.sigma0_squared)),
@@ -305,7 +305,7 @@ std::string FitClause(const ResultSummary& summary) {
 }
 
 /// What check points say of an accepted accuracy. Where they contradict, a reason says it.
-std::string CheckClause(const ResultSummary& summary) {
+std::string CheckClause(const files::ResultSummary& summary) {
   if (!summary.checks || summary.checks->points == 0) {
     return "; without check points nothing independent confirms the accuracy";
   }
@@ -316,7 +316,7 @@ std::string CheckClause(const ResultSummary& summary) {
                      summary.checks->points == 1 ? "s" : "");
 }
 
-std::string StatusSentence(const ResultSummary& summary) {
+std::string StatusSentence(const files::ResultSummary& summary) {
   const std::string rounds =
       fmt::format("{} iteration{}", summary.iterations, Plural(summary.iterations));
   if (summary.status == "not_converged") {
@@ -378,7 +378,7 @@ void AddAccuracy(const ResultFolder& result, const AccuracyFigures& accuracy, He
 }
 
 void AddAttention(const ResultFolder& result, Headline* out) {
-  const ResultSummary& summary = result.file.summary;
+  const files::ResultSummary& summary = result.file.summary;
   std::vector<std::string>& list = out->attention;
   for (const std::string& reason : summary.verdict_reasons) list.push_back(reason + ".");
   if (const std::size_t count = result.unsolved.size(); count > 0) {
@@ -416,7 +416,7 @@ void AddAttention(const ResultFolder& result, Headline* out) {
 }  // namespace
 
 Headline HeadlineOf(const ResultFolder& result, const AccuracyFigures& accuracy) {
-  const ResultSummary& summary = result.file.summary;
+  const files::ResultSummary& summary = result.file.summary;
   Headline out;
   out.sentences.push_back(StatusSentence(summary));
   AddAccuracy(result, accuracy, &out);

@@ -303,7 +303,7 @@ class MapMaker {
   }
 
   const ResultFolder& result_;
-  const ResultPoints& points_;
+  const files::ResultPoints& points_;
   const AccuracyFigures& accuracy_;
   MapPlane plane_;
   std::vector<std::uint32_t> placed_;
@@ -366,7 +366,7 @@ PageTable PassTable(const ResultFolder& result, const MapPlane& plane) {
   const auto strips = StripsOf(result.file);
   for (std::size_t s = 0; s < std::min(strips.size(), kMaxPassRows); ++s) {
     const std::span<const StripStation> strip = strips[s];
-    const ResultPass& pass = result.file.passes[strip.front().pass];
+    const files::ResultPass& pass = result.file.passes[strip.front().pass];
     const auto first = plane.Place(strip.front().antenna_m);
     const auto last = plane.Place(strip.back().antenna_m);
     double heading_deg = std::atan2(last[0] - first[0], last[1] - first[1]) * kDegPerRad;
@@ -415,7 +415,7 @@ std::string WeakGroupText(const AccuracyFigures& accuracy) {
 }
 
 PageTable WeakestTable(const ResultFolder& result, const AccuracyFigures& accuracy) {
-  const ResultPoints& points = result.file.points;
+  const files::ResultPoints& points = result.file.points;
   const std::array<const char*, 3> axes = AxisNames(result.file.frame);
   const auto weak = static_cast<std::size_t>(accuracy.weakest);
   constexpr std::size_t kWeakRows = 100;
@@ -443,7 +443,7 @@ PageTable WeakestTable(const ResultFolder& result, const AccuracyFigures& accura
   table.columns.push_back({"redundancy", true});
   for (std::size_t k = 0; k < rows; ++k) {
     const std::uint32_t i = order[k];
-    std::vector<std::string> row{std::string(points.ids[i]), NameOf(points.role[i])};
+    std::vector<std::string> row{std::string(points.ids[i]), files::NameOf(points.role[i])};
     for (std::size_t axis = 0; axis < 3; ++axis) row.push_back(Shown(SigmaOf(points, i, axis), 3));
     row.push_back(Shown(FixedPathSigmaOf(points, i, weak), 3));
     row.push_back(std::to_string(points.results.looks[i]));
@@ -539,7 +539,7 @@ constexpr LookClass kLookClasses[] = {{1, 1}, {2, 2}, {3, 3}, {4, kAnyNumber}};
 constexpr std::size_t kMinInClass = 10;
 
 Profiles Collect(const ResultFolder& result, const LookClass& looks) {
-  const ResultPoints& points = result.file.points;
+  const files::ResultPoints& points = result.file.points;
   const PointResults& figures = points.results;
   const MapPlane plane(result);
   const std::array<double, 2> direction = AcrossDirection(result, plane);

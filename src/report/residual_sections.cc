@@ -252,7 +252,7 @@ double StripResiduals::Trend() const {
 }
 
 std::vector<StripResiduals> ResidualsAlongStrips(const ResultFolder& result) {
-  const ResultLooks& looks = result.file.looks;
+  const files::ResultLooks& looks = result.file.looks;
   const MapPlane plane(result);
   std::vector<std::span<const StripStation>> strip_of(result.file.passes.size());
   for (const auto& strip : StripsOf(result.file)) strip_of[strip.front().pass] = strip;
@@ -308,7 +308,7 @@ std::vector<PageItem> StripResidualItems(const ResultFolder& result) {
 
 namespace {
 
-double ResidualOf_m(const ResultLooks& looks, std::size_t look, std::size_t component) {
+double ResidualOf_m(const files::ResultLooks& looks, std::size_t look, std::size_t component) {
   return component == 0 ? looks.range_residual_m[look] : looks.azimuth_residual_m[look];
 }
 
@@ -324,8 +324,8 @@ PageTable WorstTable(const ResultFolder& result, double critical) {
                    {"minimal detectable blunder [m]", true},
                    {"its influence on the point [m]", true},
                    {"further w of the point", false}};
-  const ResultFile& file = result.file;
-  const ResultLooks& looks = file.looks;
+  const files::ResultFile& file = result.file;
+  const files::ResultLooks& looks = file.looks;
   std::vector<std::vector<ReportLook>> d_point;
   std::unordered_map<std::uint32_t, std::size_t> row_of;
   for (const ReportLook& look : result.looks.worst) {
@@ -376,7 +376,7 @@ PageTable WorstTable(const ResultFolder& result, double critical) {
   return table;
 }
 
-PageTable FindingTable(const ResultSummary& summary) {
+PageTable FindingTable(const files::ResultSummary& summary) {
   constexpr std::size_t kRows = 300;
   PageTable table;
   table.title = "What the search for blunders found";
@@ -389,7 +389,7 @@ PageTable FindingTable(const ResultSummary& summary) {
                    {"done", false},
                    {"note", false}};
   for (std::size_t i = 0; i < std::min(kRows, summary.findings.size()); ++i) {
-    const ResultFinding& f = summary.findings[i];
+    const files::ResultFinding& f = summary.findings[i];
     table.rows.push_back({std::to_string(f.round),
                           f.point,
                           f.passes,
@@ -442,7 +442,7 @@ PageSection WorstLooksSection(const ResultFolder& result) {
     table.title = "Looks that were left out";
     table.columns = {
         {"pass", false}, {"point", false}, {"reason", false}, {"largest residual [m]", true}};
-    const ResultLooks& all = result.file.looks;
+    const files::ResultLooks& all = result.file.looks;
     for (const auto& [look, k] : looks.left_out) {
       table.rows.push_back({result.file.passes[all.pass[look]].id,
                             std::string(result.file.points.ids[all.point[look]]),

@@ -60,7 +60,7 @@ class LargestLooks {
   std::vector<ReportLook>* list_;
 };
 
-void ArrangeLooks(const ResultLooks& looks, ReportLooks* out) {
+void ArrangeLooks(const files::ResultLooks& looks, ReportLooks* out) {
   LargestLooks worst(&out->worst), left_out(&out->left_out);
   std::map<std::string, std::size_t> by_reason;
   const auto keep = [](const std::vector<float>& from, std::size_t i, std::vector<float>* to) {
@@ -98,7 +98,7 @@ void ArrangeLooks(const ResultLooks& looks, ReportLooks* out) {
 
 }  // namespace
 
-ResultFolder Arrange(std::string path, ResultFile file) {
+ResultFolder Arrange(std::string path, files::ResultFile file) {
   ResultFolder out;
   out.path = std::move(path);
   out.file = std::move(file);
@@ -111,15 +111,16 @@ ResultFolder Arrange(std::string path, ResultFile file) {
 }
 
 ResultFolder ReadResultFolder(const std::filesystem::path& folder, ProgressSink* progress) {
-  return Arrange(folder.string(), ReadResult(folder, {.paths = false, .progress = progress}));
+  return Arrange(folder.string(),
+                 files::ReadResult(folder, {.paths = false, .progress = progress}));
 }
 
-double SigmaOf(const ResultPoints& points, std::size_t point, std::size_t axis) {
+double SigmaOf(const files::ResultPoints& points, std::size_t point, std::size_t axis) {
   const std::vector<SymmetricEnu>& q_m2 = points.results.covariance_m2;
   return q_m2.empty() ? kAbsent : std::sqrt(q_m2[point][axis]);
 }
 
-double FixedPathSigmaOf(const ResultPoints& points, std::size_t point, std::size_t axis) {
+double FixedPathSigmaOf(const files::ResultPoints& points, std::size_t point, std::size_t axis) {
   const std::vector<SymmetricEnu>& q_m2 = points.results.fixed_path_covariance_m2;
   return q_m2.empty() ? kAbsent : std::sqrt(q_m2[point][axis]);
 }
@@ -128,11 +129,11 @@ double FigureOf(const std::vector<double>& of_points, std::size_t point) {
   return of_points.empty() ? kAbsent : of_points[point];
 }
 
-double IntersectionOf_deg(const ResultPoints& points, std::size_t point) {
+double IntersectionOf_deg(const files::ResultPoints& points, std::size_t point) {
   return FigureOf(points.results.intersection_rad, point) * kDegPerRad;
 }
 
-std::vector<std::span<const StripStation>> StripsOf(const ResultFile& file) {
+std::vector<std::span<const StripStation>> StripsOf(const files::ResultFile& file) {
   std::vector<std::span<const StripStation>> strips;
   for (std::size_t begin = 0; begin < file.strips.size();) {
     std::size_t end = begin + 1;

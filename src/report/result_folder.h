@@ -49,7 +49,7 @@ struct ReportLooks {
 /// A result as it was read, and what is counted and sorted once for all sections of its report.
 struct ResultFolder {
   std::string path;
-  ResultFile file;
+  files::ResultFile file;
   std::vector<std::uint32_t> unsolved;          ///< points
   std::vector<ReportCorrelation> correlations;  ///< |.| above kHighCorrelation, largest first
   std::size_t correlation_count = 0;            ///< of them in all; the list holds at most 40
@@ -57,22 +57,24 @@ struct ResultFolder {
 };
 
 /// Counts and sorts what a result holds.
-[[nodiscard]] ResultFolder Arrange(std::string path, ResultFile file);
+[[nodiscard]] ResultFolder Arrange(std::string path, files::ResultFile file);
 /// Reads a result (ReadResult) for its report. Memory: about 400 bytes per point and 150 per look.
 [[nodiscard]] ResultFolder ReadResultFolder(const std::filesystem::path& folder,
                                             ProgressSink* progress = nullptr);
 
 /// Standard deviation of a point east, north or up; NaN where it is not known.
-[[nodiscard]] double SigmaOf(const ResultPoints& points, std::size_t point, std::size_t axis);
+[[nodiscard]] double SigmaOf(const files::ResultPoints& points,
+                             std::size_t point,
+                             std::size_t axis);
 /// The same with the flight paths known exactly.
-[[nodiscard]] double FixedPathSigmaOf(const ResultPoints& points,
+[[nodiscard]] double FixedPathSigmaOf(const files::ResultPoints& points,
                                       std::size_t point,
                                       std::size_t axis);
 /// A figure by point that a result may lack as a whole.
 [[nodiscard]] double FigureOf(const std::vector<double>& of_points, std::size_t point);
-[[nodiscard]] double IntersectionOf_deg(const ResultPoints& points, std::size_t point);
+[[nodiscard]] double IntersectionOf_deg(const files::ResultPoints& points, std::size_t point);
 
 /// The stations of each pass that has some, in the order of the passes.
-[[nodiscard]] std::vector<std::span<const StripStation>> StripsOf(const ResultFile& file);
+[[nodiscard]] std::vector<std::span<const StripStation>> StripsOf(const files::ResultFile& file);
 
 }  // namespace sarblock

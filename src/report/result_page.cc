@@ -35,7 +35,7 @@ constexpr NamedCount kCounts[] = {
     {"redundancy", "Redundancy"},
 };
 
-std::string Setting(const ResultSummary& summary, const std::string& key) {
+std::string Setting(const files::ResultSummary& summary, const std::string& key) {
   for (const auto& [name, value] : summary.configuration) {
     if (name != key) continue;
     const bool quoted = value.size() >= 2 && value.front() == '"';
@@ -44,7 +44,7 @@ std::string Setting(const ResultSummary& summary, const std::string& key) {
   return "";
 }
 
-PageTable CountTable(const ResultSummary& summary) {
+PageTable CountTable(const files::ResultSummary& summary) {
   PageTable table;
   table.plain = true;
   table.columns = {{"", false}, {"count", true}};
@@ -62,7 +62,7 @@ PageTable CountTable(const ResultSummary& summary) {
   return table;
 }
 
-PageTable SettingTable(const ResultSummary& summary) {
+PageTable SettingTable(const files::ResultSummary& summary) {
   PageTable table;
   table.plain = true;
   table.columns = {{"setting", false}, {"value", false}};
@@ -89,7 +89,7 @@ PageSection CountsSection(const ResultFolder& result) {
   section.items.emplace_back(SettingTable(result.file.summary));
   if (!result.unsolved.empty()) {
     constexpr std::size_t kMaxUnsolved = 50;
-    const ResultPoints& points = result.file.points;
+    const files::ResultPoints& points = result.file.points;
     PageTable table;
     table.title = "Points that were left out";
     table.columns = {{"point", false}, {"status", false}, {"why", false}};
@@ -136,7 +136,7 @@ PageSection CostSection(const ResultFolder& result) {
 
 PageSection OriginSection(const ResultFolder& result) {
   PageSection section{"origin", "Version, inputs and configuration", {}};
-  const ResultSummary& summary = result.file.summary;
+  const files::ResultSummary& summary = result.file.summary;
   section.items.emplace_back(
       PageText{fmt::format("Result of sarblock {} {}, report by sarblock {}.",
                            summary.version,
@@ -154,7 +154,7 @@ PageSection OriginSection(const ResultFolder& result) {
     PageTable table;
     table.title = "Input files";
     table.columns = {{"file", false}, {"bytes", true}, {"SHA-256", false}};
-    for (const InputFile& input : summary.inputs) {
+    for (const files::InputFile& input : summary.inputs) {
       table.rows.push_back({input.name, ReadableCount(input.bytes), input.sha256});
     }
     table.note = "sha256sum of the same files gives the same digits.";
@@ -168,7 +168,7 @@ PageSection OriginSection(const ResultFolder& result) {
 
 namespace {
 
-const char* KindOf(const ResultSummary& summary) {
+const char* KindOf(const files::ResultSummary& summary) {
   if (summary.command == "intersect") return "Intersection";
   if (summary.command == "predict") return "Prediction";
   return "Block adjustment";

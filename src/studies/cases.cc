@@ -212,7 +212,7 @@ StudyCase CaseMaker::MakeUnnamed(const CaseChoice& choice) {
   }
   StudyCase made;
   made.variant = choice.label;
-  made.scene = ParseScene(found->second, *choice.scene, choice.set);
+  made.scene = files::ParseScene(found->second, *choice.scene, choice.set);
   if (choice.flights) KeepFlights(*choice.flights, &made.scene);
   made.layout = NameOf(made.scene.control.layout);
   std::vector<std::string> passes;
@@ -221,7 +221,7 @@ StudyCase CaseMaker::MakeUnnamed(const CaseChoice& choice) {
       passes.push_back(PassId(flight, p / flight.segments, p % flight.segments));
     }
   }
-  made.adjust = ReadAdjustTable(made.scene.adjust_toml, *choice.scene, passes);
+  made.adjust = files::ReadAdjustTable(made.scene.adjust_toml, *choice.scene, passes);
   if (made.adjust.corrections == CorrectionChoice::kAuto) {
     throw InputError("adjust.corrections", "'auto' needs measured values; 'given' is allowed");
   }

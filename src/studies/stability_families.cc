@@ -322,13 +322,13 @@ void ReadPlan(const TomlTable& toml, const Names& names, SceneTable* table, Stab
   ReadSigmas(table, &plan->sigma);
   ReadControl(table, plan);
   if (auto recorder = table->Table("recorder")) {
-    plan->recorder = ReadRecorder(*recorder);
+    plan->recorder = files::ReadRecorder(*recorder);
     if (!(plan->recorder->rate_hz > 0.0)) {
       throw InputError(recorder->PlaceOf("rate_hz"), "must be given, above 0");
     }
   }
   if (auto wander = table->Table("wander")) {
-    plan->trajectory_error = ReadTrajectoryError(*wander, nullptr);
+    plan->trajectory_error = files::ReadTrajectoryError(*wander, nullptr);
     if (!plan->recorder) {
       throw InputError(wander->PlaceOf("rms_m"), "is of recorded flights, give recorder");
     }
@@ -336,7 +336,7 @@ void ReadPlan(const TomlTable& toml, const Names& names, SceneTable* table, Stab
   if (table->Take("adjust")) {
     std::vector<std::string> ids;
     for (std::size_t i = 0; i < plan->passes.size(); ++i) ids.push_back(StabilityPassId(i));
-    const AdjustTable adjust = ReadAdjust(toml, ids);
+    const files::AdjustTable adjust = files::ReadAdjust(toml, ids);
     if (!adjust.rejections_file.empty() || !adjust.pairs_file.empty()) {
       throw InputError(table->PlaceOf("adjust"), "names files, which these blocks do not have");
     }

@@ -62,7 +62,7 @@ TradeoffSize ReadSize(SceneTable table, std::string_view scene_text, const std::
   for (SceneTable& skip : table.Tables("skip")) size.skips.push_back(ReadSkip(std::move(skip)));
   const std::vector<std::string> set = Texts(&table, "set");
   table.Finish();
-  size.scene = ParseScene(scene_text, scene, set);
+  size.scene = files::ParseScene(scene_text, scene, set);
   return size;
 }
 
@@ -284,7 +284,7 @@ TradeoffChoice BindChoice(const TradeoffEntry& entry,
   for (const Pass& pass : block.passes) passes.push_back(pass.id);
   TradeoffChoice choice = entry.choice;
   choice.options =
-      ReadAdjustTable(scene.adjust_toml, "choice " + entry.choice.name, passes, entry.set);
+      files::ReadAdjustTable(scene.adjust_toml, "choice " + entry.choice.name, passes, entry.set);
   choice.options.threads = entry.ThreadsOf(threads);
   return choice;
 }

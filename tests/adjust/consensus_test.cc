@@ -25,12 +25,12 @@ namespace {
 struct Made {
   Made(const std::string& name, const std::string& points) {
     const auto file = std::filesystem::path(SARBLOCK_DATASETS) / "scenes" / (name + ".toml");
-    const Scene scene = ReadScene(file, {"check.count=0", "points.count=" + points});
+    const Scene scene = files::ReadScene(file, {"check.count=0", "points.count=" + points});
     simulated = Simulate(scene);
     block = simulated.block;
     std::vector<std::string> ids;
     for (const Pass& pass : block.passes) ids.push_back(pass.id);
-    options = ReadAdjustTable(scene.adjust_toml, name, ids);
+    options = files::ReadAdjustTable(scene.adjust_toml, name, ids);
     options.test_level = 0.9999;
   }
 

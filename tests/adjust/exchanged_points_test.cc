@@ -22,11 +22,11 @@ namespace {
 struct Scene12 {
   Scene12() {
     const auto file = std::filesystem::path(SARBLOCK_DATASETS) / "scenes" / "block-12-strips.toml";
-    const Scene scene = ReadScene(file, {"check.count=0"});
+    const Scene scene = files::ReadScene(file, {"check.count=0"});
     simulated = Simulate(scene);
     std::vector<std::string> ids;
     for (const Pass& pass : simulated.block.passes) ids.push_back(pass.id);
-    options = ReadAdjustTable(scene.adjust_toml, "block-12-strips", ids);
+    options = files::ReadAdjustTable(scene.adjust_toml, "block-12-strips", ids);
   }
   SimulatedBlock simulated;
   AdjustOptions options;

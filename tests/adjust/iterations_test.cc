@@ -22,11 +22,11 @@ namespace {
 struct StartedBlock {
   StartedBlock(const std::string& name, const std::vector<std::string>& overrides) {
     const auto file = std::filesystem::path(SARBLOCK_DATASETS) / "scenes" / (name + ".toml");
-    const Scene scene = ReadScene(file, overrides);
+    const Scene scene = files::ReadScene(file, overrides);
     simulated = Simulate(scene);
     std::vector<std::string> ids;
     for (const Pass& pass : simulated.block.passes) ids.push_back(pass.id);
-    options = ReadAdjustTable(scene.adjust_toml, name, ids);
+    options = files::ReadAdjustTable(scene.adjust_toml, name, ids);
   }
   SimulatedBlock simulated;
   AdjustOptions options;

@@ -29,12 +29,12 @@ struct Strips {
 
 Strips MakeStrips() {
   const auto file = std::filesystem::path(SARBLOCK_DATASETS) / "benchmarks" / "strips.toml";
-  const Scene scene = ReadScene(file, {"points.count=600"});
+  const Scene scene = files::ReadScene(file, {"points.count=600"});
   Strips made;
   made.block = Simulate(scene).block;
   std::vector<std::string> ids;
   for (const Pass& pass : made.block.passes) ids.push_back(pass.id);
-  made.options = ReadAdjustTable(scene.adjust_toml, "strips", ids);
+  made.options = files::ReadAdjustTable(scene.adjust_toml, "strips", ids);
   return made;
 }
 

@@ -29,11 +29,11 @@ Block WithoutRows(const test::SceneBlock& scene) {
   std::string name = std::string("sarblock-plan-") + test->name() + std::to_string(::getpid());
   std::replace(name.begin(), name.end(), '/', '_');
   const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / name;
-  WriteBlock(folder, scene.block, scene.options);
+  files::WriteBlock(folder, scene.block, scene.options);
   std::ofstream(folder / "observations.csv") << "pass,point\n";
-  ReadOptions read;
-  read.measurements = Measurements::kOptional;
-  Block plan = ReadBlock(folder, read).block;
+  files::ReadOptions read;
+  read.measurements = files::Measurements::kOptional;
+  Block plan = files::ReadBlock(folder, read).block;
   std::filesystem::remove_all(folder);
   return plan;
 }

@@ -40,7 +40,7 @@ std::map<std::string, std::string> TablesOf(const DividedBlock& made,
                                             const AdjustResult& result,
                                             const std::string& name) {
   const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / name;
-  WriteResult(folder, made.block, made.options, result, {});
+  files::WriteResult(folder, made.block, made.options, result, {});
   std::map<std::string, std::string> tables;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     if (entry.path().extension() == ".json") continue;  // times and memory

@@ -44,7 +44,7 @@ fs::path Cabeus() { return fs::path(SARBLOCK_DATASETS) / "real/cabeus"; }
 // Real data (three Mini-RF strips over Cabeus), counts by hand. The variance factor is a recorded
 // number: 7 m are about what the residuals support, so it is near 1.
 TEST(RealBlockTest, CabeusIsAcceptedWithResidualsOfSevenMetres) {
-  const BlockFile file = ReadBlock(Cabeus());
+  const files::BlockFile file = files::ReadBlock(Cabeus());
   const AdjustResult result = Adjust(file.block, file.adjust);
   EXPECT_TRUE(result.usable());
   EXPECT_NEAR(result.sigma0_squared, 0.978, 0.005);
@@ -57,7 +57,7 @@ TEST(RealBlockTest, CabeusIsAcceptedWithResidualsOfSevenMetres) {
 // its standard deviation, is named in every look whose redundancy makes that certain, and located
 // in some. Parallel strips leave the others as one of two or three.
 TEST(RealBlockTest, ARangeShiftedBy300MetresIsFoundInCabeus) {
-  BlockFile file = ReadBlock(Cabeus());
+  files::BlockFile file = files::ReadBlock(Cabeus());
   file.adjust.quality.snooping = Snooping::kIterative;
   file.adjust.quality.family_wise = FamilyWise::kSidak;
   const AdjustResult before = Adjust(file.block, file.adjust);
@@ -92,7 +92,7 @@ TEST(RealBlockTest, ARangeShiftedBy300MetresIsFoundInCabeus) {
 // Recorded numbers of real data: with 7 m for both the global test passes, but the looks are better
 // and the heights held worse than said. Closed form: at the end v'Pv = r.
 TEST(RealBlockTest, CabeusSaysWhatItsLooksAreWorth) {
-  BlockFile file = ReadBlock(Cabeus());
+  files::BlockFile file = files::ReadBlock(Cabeus());
   file.adjust.variance_components = VarianceComponents::kRangeAzimuth;
   const AdjustResult result = Adjust(file.block, file.adjust);
   EXPECT_TRUE(result.usable());
@@ -110,7 +110,7 @@ TEST(RealBlockTest, CabeusSaysWhatItsLooksAreWorth) {
 // An independent program's published answer for the same observations and weights: ISIS jigsaw,
 // offsets of each pass in J2000 axes with standard deviations scaled by its sigma0.
 TEST(RealBlockTest, CabeusAgreesWithJigsaw) {
-  BlockFile file = ReadBlock(Cabeus());
+  files::BlockFile file = files::ReadBlock(Cabeus());
   // East and north of the free points are where the block's own weights leave them.
   const AdjustResult start = Adjust(file.block, file.adjust);
   Block& block = file.block;

@@ -82,7 +82,7 @@ double CostTime_ns(const AdjustmentProblem& problem, const BlockState& state, st
 }
 
 void Measure(const char* folder) {
-  const BlockFile file = ReadBlock(folder);
+  const files::BlockFile file = files::ReadBlock(folder);
   const Block& block = file.block;
   AdjustmentProblem problem(block, file.adjust.groups, {});
   const BlockState state = ComputeStartValues(&problem, nullptr).state;

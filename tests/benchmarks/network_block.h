@@ -19,14 +19,14 @@ inline SimulatedBlock MakeNetwork(const std::string& scene_file,
                                   const std::string& points) {
   const std::string north = std::to_string(13500 + 7200 * (lines - 1) + 11000);
   const std::string east = std::to_string(500 + 5000 * segments);
-  return Simulate(ReadScene(scene_file,
-                            {"points.count=" + points,
-                             "flight.0.count=" + std::to_string(lines),
-                             "flight.1.count=" + std::to_string(lines),
-                             "flight.0.segments=" + std::to_string(segments),
-                             "flight.1.segments=" + std::to_string(segments),
-                             "points.east_m=[500, " + east + "]",
-                             "points.north_m=[13500, " + north + "]"}));
+  return Simulate(files::ReadScene(scene_file,
+                                   {"points.count=" + points,
+                                    "flight.0.count=" + std::to_string(lines),
+                                    "flight.1.count=" + std::to_string(lines),
+                                    "flight.0.segments=" + std::to_string(segments),
+                                    "flight.1.segments=" + std::to_string(segments),
+                                    "points.east_m=[500, " + east + "]",
+                                    "points.north_m=[13500, " + north + "]"}));
 }
 
 /// Positions of every pass as polynomials of this degree, with priors.

@@ -251,7 +251,7 @@ Vector3d AtHeight(const Block& block, const LookData& look, LookSide side, doubl
 
 class PlainAdjustment {
  public:
-  PlainAdjustment(const BlockFile& file, Form form)
+  PlainAdjustment(const files::BlockFile& file, Form form)
       : block_(file.block), options_(file.adjust), form_(form) {
     if (options_.robust != RobustLoss::kNone || !options_.priors.empty() ||
         options_.corrections != CorrectionChoice::kGiven) {
@@ -532,9 +532,10 @@ struct Differences {
 /// the metric of each point's covariance.
 Differences Compare(const PlainAdjustment& plain,
                     const std::vector<Matrix3d>& covariances,
-                    const BlockFile& file,
+                    const files::BlockFile& file,
                     const std::string& folder) {
-  const ResultFile result = ReadResult(folder, {.looks = false, .pairs = false, .paths = false});
+  const files::ResultFile result =
+      files::ReadResult(folder, {.looks = false, .pairs = false, .paths = false});
   Differences out;
   const PointResults& points = result.points.results;
   for (std::size_t i = 0; i < plain.solved().size(); ++i) {
@@ -591,7 +592,7 @@ int Run(int count, char** arguments) {
     }
   }
   if (block.empty()) throw std::invalid_argument("BLOCK is missing");
-  const BlockFile file = ReadBlock(block);
+  const files::BlockFile file = files::ReadBlock(block);
   const double read_s = UserTime_s();
   PlainAdjustment plain(file, form);
   const double started_s = UserTime_s();

@@ -141,7 +141,7 @@ void CompareBundle(std::size_t count, bool with_ceres) {
 }
 
 void CompareBlock(const std::string& folder, bool with_ceres) {
-  BlockFile file = ReadBlock(folder);
+  files::BlockFile file = files::ReadBlock(folder);
   const AdjustResult result = Adjust(file.block, file.adjust);
   test::OwnProblem own(file.block, file.adjust.groups, result);
   own.Make();

@@ -24,15 +24,15 @@ inline StripsBlock MakeStrips(const std::string& scene_file,
                               std::size_t passes) {
   const std::size_t strips = passes / 2;  // of each side
   const std::string north = std::to_string(13000 + 4800 * (strips - 1) + 12000);
-  const Scene scene = ReadScene(scene_file,
-                                {"points.count=" + std::to_string(points),
-                                 "flight.0.count=" + std::to_string(strips),
-                                 "flight.1.count=" + std::to_string(strips),
-                                 "points.north_m=[13000, " + north + "]"});
+  const Scene scene = files::ReadScene(scene_file,
+                                       {"points.count=" + std::to_string(points),
+                                        "flight.0.count=" + std::to_string(strips),
+                                        "flight.1.count=" + std::to_string(strips),
+                                        "points.north_m=[13000, " + north + "]"});
   StripsBlock out{Simulate(scene), {}};
   std::vector<std::string> ids;
   for (const Pass& pass : out.simulated.block.passes) ids.push_back(pass.id);
-  out.options = ReadAdjustTable(scene.adjust_toml, scene.name, ids);
+  out.options = files::ReadAdjustTable(scene.adjust_toml, scene.name, ids);
   return out;
 }
 

@@ -33,12 +33,12 @@ struct SceneBlock {
 
 SceneBlock Simulated(const std::string& name, const std::vector<std::string>& overrides = {}) {
   const Scene scene =
-      ReadScene(std::string(SARBLOCK_DATASETS) + "/scenes/" + name + ".toml", overrides);
+      files::ReadScene(std::string(SARBLOCK_DATASETS) + "/scenes/" + name + ".toml", overrides);
   SceneBlock made;
   made.block = Simulate(scene).block;
   std::vector<std::string> ids;
   for (const Pass& pass : made.block.passes) ids.push_back(pass.id);
-  made.options = ReadAdjustTable(scene.adjust_toml, name, ids);
+  made.options = files::ReadAdjustTable(scene.adjust_toml, name, ids);
   return made;
 }
 
@@ -177,7 +177,7 @@ TEST(DefectiveSceneTest, AMirrorPointThatFitsAsWellIsNamed) {
 TEST(DefectiveSceneTest, AMirrorPointWithStartCoordinatesIsWarnedOfByName) {
   SceneBlock made = Simulated("defective/mirror-ambiguity");
   const Scene scene =
-      ReadScene(std::string(SARBLOCK_DATASETS) + "/scenes/defective/mirror-ambiguity.toml");
+      files::ReadScene(std::string(SARBLOCK_DATASETS) + "/scenes/defective/mirror-ambiguity.toml");
   const std::vector<Eigen::Vector3d> truth_m = Simulate(scene).truth.points_m;
   for (std::size_t j = 0; j < truth_m.size(); ++j) {
     if (made.block.points.role[j] == PointRole::kTie) made.block.points.given_m[j] = truth_m[j];

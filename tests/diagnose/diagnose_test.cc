@@ -388,9 +388,9 @@ TEST(DiagnoseTest, TellsTheScaleOfAMapProjection) {
   // The block of ../shared/data/field/utm, re-made: UTM's scale on its central meridian.
   const std::filesystem::path folder = std::filesystem::path(SARBLOCK_SHARED_DATA) / "field/utm";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is not there";
-  ReadOptions reading;
-  reading.contradictions = Contradictions::kKeep;
-  const BlockFile file = ReadBlock(folder, reading);
+  files::ReadOptions reading;
+  reading.contradictions = files::Contradictions::kKeep;
+  const files::BlockFile file = files::ReadBlock(folder, reading);
   const Diagnosis diagnosis = Diagnose(file.block, file.adjust);
   ASSERT_FALSE(diagnosis.explanations.empty());
   const Explanation& reported = diagnosis.explanations.front();
@@ -428,7 +428,7 @@ TEST(DiagnoseTest, TellsWhenInertialAxesAreThoseOfTheBody) {
 // Simulated about a body that does not turn a block is a good one: the motion alone refuses none.
 TEST(DiagnoseTest, KeepsABlockAboutABodyThatDoesNotTurn) {
   Scene scene =
-      ReadScene(std::filesystem::path(SARBLOCK_DATASETS) / "scenes" / "earth-asc-desc.toml");
+      files::ReadScene(std::filesystem::path(SARBLOCK_DATASETS) / "scenes" / "earth-asc-desc.toml");
   scene.rotation_rad_per_s = 0.0;
   const SimulatedBlock made = Simulate(scene);
   EXPECT_THAT(ExaminePlausibility(made.block),

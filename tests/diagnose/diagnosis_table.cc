@@ -129,10 +129,10 @@ void Write(const Arguments& arguments) {
         const auto [made, planted] = sarblock::test::PlantIn(block, plant, seed);
         if (!planted.done) continue;
         const std::string folder = std::to_string(++number);
-        sarblock::WriteBlock(std::filesystem::path(arguments.folder) / folder,
-                             made.block,
-                             made.options,
-                             &made.truth);
+        sarblock::files::WriteBlock(std::filesystem::path(arguments.folder) / folder,
+                                    made.block,
+                                    made.options,
+                                    &made.truth);
         std::printf("%s\t%s\t%s\t%llu\n",
                     folder.c_str(),
                     block.c_str(),

@@ -78,7 +78,7 @@ std::vector<std::string> TrialNames() {
 TrialBlock MakeTrialBlock(const std::string& name, std::uint64_t seed) {
   TrialBlock made;
   if (name == kRealBlock) {
-    BlockFile file = ReadBlock(RealFolder());
+    files::BlockFile file = files::ReadBlock(RealFolder());
     return {std::move(file.block), std::move(file.adjust), {}};
   }
   // Planned paths, points and visibility are made once; a seed draws the errors anew.
@@ -91,11 +91,11 @@ TrialBlock MakeTrialBlock(const std::string& name, std::uint64_t seed) {
   auto found = kept.find(name);
   if (found == kept.end()) {
     const auto file = std::filesystem::path(SARBLOCK_DATASETS) / "scenes" / (name + ".toml");
-    Simulated simulated{ReadScene(file), {}, {}};
+    Simulated simulated{files::ReadScene(file), {}, {}};
     simulated.block = Simulate(simulated.scene);
     std::vector<std::string> ids;
     for (const Pass& pass : simulated.block.block.passes) ids.push_back(pass.id);
-    simulated.options = ReadAdjustTable(simulated.scene.adjust_toml, name, ids);
+    simulated.options = files::ReadAdjustTable(simulated.scene.adjust_toml, name, ids);
     found = kept.emplace(name, std::move(simulated)).first;
   }
   Simulated& simulated = found->second;

@@ -13,17 +13,17 @@
 namespace sarblock::fuzz {
 
 inline void WriteSmallContainer(const std::filesystem::path& file) {
-  const BlockFile small = ReadBlockTexts({kToml, kPaths, kLooks, std::nullopt});
-  WriteBlock(file, small.block, small.adjust);
+  const files::BlockFile small = files::ReadBlockTexts({kToml, kPaths, kLooks, std::nullopt});
+  files::WriteBlock(file, small.block, small.adjust);
 }
 
 inline void Container(std::string_view lines, const std::filesystem::path& folder) {
   const std::filesystem::path file = folder / "fuzz.h5";
   WriteSmallContainer(file);
   ContainerEdit(file, lines);
-  AllowInputError([&] { CheckBlock(ReadBlock(file).block); });
-  AllowInputError([&] { static_cast<void>(ReadResult(file)); });
-  AllowInputError([&] { Convert(file, folder / "fuzz"); });
+  AllowInputError([&] { CheckBlock(files::ReadBlock(file).block); });
+  AllowInputError([&] { static_cast<void>(files::ReadResult(file)); });
+  AllowInputError([&] { files::Convert(file, folder / "fuzz"); });
   std::filesystem::remove_all(folder / "fuzz");
 }
 

@@ -73,21 +73,21 @@ inline void Csv(std::string_view text) {
       static_cast<void>(row.Number(kColumns("x_m")));
     });
   });
-  AllowInputError([&] { CheckBlock(ReadBlockTexts({kToml, text, kLooks, {}}).block); });
-  AllowInputError([&] { CheckBlock(ReadBlockTexts({kToml, kPaths, text, {}}).block); });
-  AllowInputError([&] { CheckBlock(ReadBlockTexts({kToml, kPaths, kLooks, text}).block); });
+  AllowInputError([&] { CheckBlock(files::ReadBlockTexts({kToml, text, kLooks, {}}).block); });
+  AllowInputError([&] { CheckBlock(files::ReadBlockTexts({kToml, kPaths, text, {}}).block); });
+  AllowInputError([&] { CheckBlock(files::ReadBlockTexts({kToml, kPaths, kLooks, text}).block); });
 }
 
 /// The text as block.toml; options that are read are dumped and read back to the same.
 inline void BlockToml(std::string_view text) {
   AllowInputError([&] {
-    const BlockFile file = ReadBlockTexts({text, kPaths, kLooks, {}});
+    const files::BlockFile file = files::ReadBlockTexts({text, kPaths, kLooks, {}});
     CheckBlock(file.block);
     std::vector<std::string> ids;
     for (const Pass& pass : file.block.passes) ids.push_back(pass.id);
-    const std::string dumped = DumpAdjustTable(file.adjust);
+    const std::string dumped = files::DumpAdjustTable(file.adjust);
     try {
-      Check(DumpAdjustTable(ReadAdjustTable(dumped, "dump", ids)) == dumped);
+      Check(files::DumpAdjustTable(files::ReadAdjustTable(dumped, "dump", ids)) == dumped);
     } catch (const InputError&) {
       std::abort();
     }
@@ -98,14 +98,14 @@ inline void BlockToml(std::string_view text) {
 /// [adjust] reaches the block as TOML that parses.
 inline void SceneToml(std::string_view text) {
   AllowInputError([&] {
-    const Scene scene = ParseScene(text, "scene.toml");
+    const Scene scene = files::ParseScene(text, "scene.toml");
     Check(!scene.flights.empty());
     for (const SceneFlight& flight : scene.flights) {
       Check(flight.count > 0 && flight.height_m > 0.0 && flight.length_m > 0.0);
       Check(flight.swath.limits[0] < flight.swath.limits[1]);
     }
     Check(scene.points.east_m[0] <= scene.points.east_m[1]);
-    static_cast<void>(ReadAdjustTable(scene.adjust_toml, "adjust", {}));
+    static_cast<void>(files::ReadAdjustTable(scene.adjust_toml, "adjust", {}));
   });
 }
 
@@ -128,7 +128,7 @@ inline constexpr std::string_view kResiduals =
     "pass,point,range_residual_m,azimuth_residual_m,rejected\nA,P,0.5,-0.25,0\nB,P,,,1\n";
 
 // Indices of an accepted result stay inside its arrays, its flat arrays have one length.
-inline void CheckResultFile(const ResultFile& file) {
+inline void CheckResultFile(const files::ResultFile& file) {
   const std::size_t points = file.points.size(), looks = file.looks.size();
   Check(points == file.points.ids.size() && points == file.points.results.position_m.size());
   Check(file.looks.point.size() == looks && file.looks.rejected.size() == looks);
@@ -136,35 +136,35 @@ inline void CheckResultFile(const ResultFile& file) {
     Check(file.looks.pass[i] < file.passes.size() && file.looks.point[i] < points);
   }
   for (const PairResult& pair : file.pairs) Check(pair.a < points && pair.b < points);
-  for (const ResultControl& control : file.control) {
+  for (const files::ResultControl& control : file.control) {
     Check(control.point < points && control.component >= 0 && control.component < 3);
   }
   for (const StripStation& station : file.strips) Check(station.pass < file.passes.size());
   for (const ParameterCovariance& entry : file.parameter_covariance) {
     Check(entry.a < file.parameters.size() && entry.b < file.parameters.size());
   }
-  for (const ResultPass& pass : file.passes) Check(pass.start_s < pass.end_s);
+  for (const files::ResultPass& pass : file.passes) Check(pass.start_s < pass.end_s);
 }
 
 /// The text as each file of a result.
 inline void Result(std::string_view text) {
-  const ResultTexts good{kSummary, kResultPoints, kResultPasses, kResiduals, kPaths};
+  const files::ResultTexts good{kSummary, kResultPoints, kResultPasses, kResiduals, kPaths};
   const auto with = [&](auto member) {
-    ResultTexts texts = good;
+    files::ResultTexts texts = good;
     texts.*member = text;
-    AllowInputError([&] { CheckResultFile(ReadResultTexts(texts)); });
+    AllowInputError([&] { CheckResultFile(files::ReadResultTexts(texts)); });
   };
-  with(&ResultTexts::summary_json);
-  with(&ResultTexts::points_csv);
-  with(&ResultTexts::passes_csv);
-  with(&ResultTexts::residuals_csv);
-  with(&ResultTexts::trajectories_csv);
-  with(&ResultTexts::passes_covariance_csv);
-  with(&ResultTexts::control_quality_csv);
-  with(&ResultTexts::pairs_csv);
-  with(&ResultTexts::strips_csv);
-  with(&ResultTexts::selection_csv);
-  with(&ResultTexts::simplifications_csv);
+  with(&files::ResultTexts::summary_json);
+  with(&files::ResultTexts::points_csv);
+  with(&files::ResultTexts::passes_csv);
+  with(&files::ResultTexts::residuals_csv);
+  with(&files::ResultTexts::trajectories_csv);
+  with(&files::ResultTexts::passes_covariance_csv);
+  with(&files::ResultTexts::control_quality_csv);
+  with(&files::ResultTexts::pairs_csv);
+  with(&files::ResultTexts::strips_csv);
+  with(&files::ResultTexts::selection_csv);
+  with(&files::ResultTexts::simplifications_csv);
 }
 
 inline constexpr std::string_view kScene =

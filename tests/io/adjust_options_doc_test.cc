@@ -38,7 +38,7 @@ std::string Heading(std::string_view key) {
 std::string Page() {
   std::string page = kIntroduction;
   std::string heading;
-  for (const AdjustOption& option : AdjustOptionTable()) {
+  for (const files::AdjustOption& option : files::AdjustOptionTable()) {
     if (Heading(option.key) != heading) {
       heading = Heading(option.key);
       page += "\n## " + heading +
@@ -70,7 +70,7 @@ TEST(AdjustOptionsDocTest, ThePageIsThatOfTheTable) {
 }
 
 TEST(AdjustOptionsDocTest, NoCellBreaksTheTable) {
-  for (const AdjustOption& option : AdjustOptionTable()) {
+  for (const files::AdjustOption& option : files::AdjustOptionTable()) {
     for (const std::string_view cell :
          {option.key, option.type, option.allowed, option.standard, option.help}) {
       EXPECT_FALSE(cell.empty()) << option.key;

@@ -26,7 +26,7 @@ const std::string kPrior =
     "covariance = [[4.75, -1.25], [-1.25, 0.5]]\n";
 
 AdjustOptions Read(const std::string& text, const std::vector<std::string>& set = {}) {
-  return ReadAdjustTable(text, "block.toml", kIds, set);
+  return files::ReadAdjustTable(text, "block.toml", kIds, set);
 }
 
 std::string PriorErrorOf(const std::string& text, const std::vector<std::string>& set = {}) {
@@ -47,9 +47,9 @@ TEST(AdjustPriorsTest, ReadsAMatrixAndWritesItBack) {
   EXPECT_EQ(prior.parameters, (std::vector<std::string>{"position.up.0", "range.bias"}));
   EXPECT_EQ(prior.Covariance()(0, 1), -1.25);
   EXPECT_EQ(prior.Covariance()(1, 1), 0.5);
-  const std::string dump = DumpAdjustTable(options);
+  const std::string dump = files::DumpAdjustTable(options);
   EXPECT_THAT(dump, HasSubstr(kPrior));
-  EXPECT_EQ(DumpAdjustTable(Read(dump)), dump);
+  EXPECT_EQ(files::DumpAdjustTable(Read(dump)), dump);
 }
 
 TEST(AdjustPriorsTest, ReadsStandardDeviationsWithCorrelations) {
@@ -59,9 +59,9 @@ TEST(AdjustPriorsTest, ReadsStandardDeviationsWithCorrelations) {
            "sigma = [2.5, 0.5]\ncorrelation = [[1, 0.25], [0.25, 1]]\n");
   EXPECT_EQ(options.priors.at(0).Covariance()(0, 0), 6.25);
   EXPECT_EQ(options.priors.at(0).Covariance()(0, 1), 0.3125);
-  const std::string dump = DumpAdjustTable(options);
+  const std::string dump = files::DumpAdjustTable(options);
   EXPECT_THAT(dump, HasSubstr("[adjust.prior.\"a b\"]\n"));
-  EXPECT_EQ(DumpAdjustTable(Read(dump)), dump);
+  EXPECT_EQ(files::DumpAdjustTable(Read(dump)), dump);
 }
 
 TEST(AdjustPriorsTest, AKeyCanBeSet) {
@@ -127,13 +127,13 @@ north_m = [1000, 9000]
 
 TEST(NavigationPriorsTest, AreReadAndRefusedWithTheirLine) {
   const std::string head = kScene + "[navigation.prior.orbit]\n";
-  const Scene scene = ParseScene(
+  const Scene scene = files::ParseScene(
       head + "parameters = [\"position.x.1\", \"time.bias\"]\nsigma = [1, 0.5]\n", "s.toml");
   ASSERT_EQ(scene.navigation.joint.size(), 1U);
   EXPECT_EQ(scene.navigation.joint[0].name, "orbit");
   const auto error_of = [&](const std::string& rest) -> std::string {
     try {
-      (void)ParseScene(head + rest, "s.toml");
+      (void)files::ParseScene(head + rest, "s.toml");
     } catch (const InputError& error) {
       return error.what();
     }

@@ -17,8 +17,9 @@ using testing::HasSubstr;
 
 const std::vector<std::string> kPasses{"A1", "A2", "B7"};
 
-AdjustTable OptionsOf(const std::string& text, const std::vector<std::string>& overrides = {}) {
-  return ReadAdjustTable(text, "block.toml", kPasses, overrides);
+files::AdjustTable OptionsOf(const std::string& text,
+                             const std::vector<std::string>& overrides = {}) {
+  return files::ReadAdjustTable(text, "block.toml", kPasses, overrides);
 }
 
 std::string OptionError(const std::string& text, const std::vector<std::string>& overrides = {}) {
@@ -26,15 +27,15 @@ std::string OptionError(const std::string& text, const std::vector<std::string>&
 }
 
 PositionCorrection Position(const std::string& lines) {
-  const AdjustTable options = OptionsOf("[adjust.correction.position]\n" + lines);
+  const files::AdjustTable options = OptionsOf("[adjust.correction.position]\n" + lines);
   return std::get<PositionCorrection>(options.groups.at(0).model);
 }
 
 TEST(AdjustTableTest, ATableLeftOutMeansTheDefaults) {
-  const AdjustTable options = OptionsOf("");
-  AdjustTable defaults;  // of a file without correction tables: none
+  const files::AdjustTable options = OptionsOf("");
+  files::AdjustTable defaults;  // of a file without correction tables: none
   defaults.corrections = CorrectionChoice::kNone;
-  EXPECT_EQ(DumpAdjustTable(options), DumpAdjustTable(defaults));
+  EXPECT_EQ(files::DumpAdjustTable(options), files::DumpAdjustTable(defaults));
   EXPECT_EQ(OptionsOf("[adjust.correction.time]\nbias = true\n").corrections,
             CorrectionChoice::kGiven);
   EXPECT_EQ(OptionsOf("[adjust]\ncorrections = \"none\"\n[adjust.correction.time]\nbias = true\n")
@@ -43,7 +44,7 @@ TEST(AdjustTableTest, ATableLeftOutMeansTheDefaults) {
 }
 
 TEST(AdjustTableTest, ReadsEveryScalar) {
-  const AdjustTable options = OptionsOf(
+  const files::AdjustTable options = OptionsOf(
       "[adjust]\ncorrections = \"auto\"\nrobust = \"tukey\"\nrobust_scale = 4.25\n"
       "covariance = \"montecarlo\"\npairs = \"mine.csv\"\ndatum = \"inner\"\n"
       "scale_by_posterior = true\nvariance_components = \"per-pass\"\nmax_iterations = 17\n"
@@ -88,7 +89,7 @@ TEST(AdjustTableTest, ReadsEveryFormOfPositionPriors) {
 }
 
 TEST(AdjustTableTest, ConvertsTheUnitsOfTheFile) {  // hand values
-  const AdjustTable options = OptionsOf(
+  const files::AdjustTable options = OptionsOf(
       "[adjust.correction.range]\nbias_sigma_m = 5.5\nscale_sigma_ppm = 10\n"
       "[adjust.correction.squint]\nbias_sigma_deg = 0.09\n");
   const auto& range = std::get<RangeCorrection>(options.groups.at(0).model);
@@ -113,10 +114,11 @@ constexpr const char* kRich =
 
 TEST(AdjustTableTest, WhatIsDumpedReadsBackTheSame) {  // round trip
   for (const char* text : {"", kRich}) {
-    const std::string dumped = DumpAdjustTable(OptionsOf(text));
-    EXPECT_EQ(DumpAdjustTable(OptionsOf(dumped)), dumped);
+    const std::string dumped = files::DumpAdjustTable(OptionsOf(text));
+    EXPECT_EQ(files::DumpAdjustTable(OptionsOf(dumped)), dumped);
   }
-  const AdjustTable options = OptionsOf(kRich), again = OptionsOf(DumpAdjustTable(options));
+  const files::AdjustTable options = OptionsOf(kRich),
+                           again = OptionsOf(files::DumpAdjustTable(options));
   ASSERT_EQ(again.groups.size(), 7u);
   EXPECT_EQ(again.groups[0].name, "position.1");
   EXPECT_EQ(again.groups[3].name, "range");
@@ -134,14 +136,14 @@ TEST(AdjustTableTest, WhatIsDumpedReadsBackTheSame) {  // round trip
 }
 
 TEST(AdjustTableTest, OverridesGoBeforeTheFile) {
-  const AdjustTable options = OptionsOf(kRich,
-                                        {"robust=none",
-                                         "max_iterations=7",
-                                         "correction.position.1.degree=4",
-                                         "correction.position.1.sigma_m=2.5",
-                                         "adjust.pairs=all",
-                                         "correction.range.bias_sigma_m=0.25",
-                                         "correction.velocity.components=[\"across\"]"});
+  const files::AdjustTable options = OptionsOf(kRich,
+                                               {"robust=none",
+                                                "max_iterations=7",
+                                                "correction.position.1.degree=4",
+                                                "correction.position.1.sigma_m=2.5",
+                                                "adjust.pairs=all",
+                                                "correction.range.bias_sigma_m=0.25",
+                                                "correction.velocity.components=[\"across\"]"});
   EXPECT_EQ(options.robust, RobustLoss::kNone);
   EXPECT_EQ(options.max_iterations, 7);
   EXPECT_EQ(options.pairs, PairChoice::kAll);
@@ -262,7 +264,7 @@ TEST(AdjustTableTest, ASharedGroupMayStandBesideOneForEachPass) {
 
 TEST(AdjustOptionTableTest, ListsEachKeyOnceWithHelp) {
   std::set<std::string> keys;
-  for (const AdjustOption& option : AdjustOptionTable()) {
+  for (const files::AdjustOption& option : files::AdjustOptionTable()) {
     EXPECT_TRUE(keys.insert(std::string(option.key)).second) << option.key;
     EXPECT_TRUE(option.help.ends_with('.')) << option.key;
     EXPECT_FALSE(option.type.empty() || option.allowed.empty() || option.standard.empty());
@@ -270,7 +272,7 @@ TEST(AdjustOptionTableTest, ListsEachKeyOnceWithHelp) {
 }
 
 TEST(AdjustOptionTableTest, EveryKeyItListsIsRead) {  // a value of a type no key takes is refused
-  for (const AdjustOption& option : AdjustOptionTable()) {
+  for (const files::AdjustOption& option : files::AdjustOptionTable()) {
     const std::string key(option.key);
     std::vector<std::string> overrides{key + "=2001-02-03"};
     const auto before = [&overrides](const char* text) {
@@ -377,15 +379,15 @@ std::vector<OptionSample> OptionSamples() {
 // What is read of every option is what is written of it, in the table that its key names.
 TEST(AdjustOptionTableTest, EveryKeyItListsIsWrittenAsItIsRead) {
   std::set<std::string> left;
-  for (const AdjustOption& option : AdjustOptionTable()) {
+  for (const files::AdjustOption& option : files::AdjustOptionTable()) {
     if (option.type != "table") left.insert(std::string(option.key));
   }
-  const std::string defaults = DumpAdjustTable(OptionsOf(""));
+  const std::string defaults = files::DumpAdjustTable(OptionsOf(""));
   for (const OptionSample& sample : OptionSamples()) {
     EXPECT_EQ(left.erase(sample.key), 1u) << sample.key;
     std::vector<std::string> overrides = sample.beside;
     overrides.push_back(std::string(sample.key) + "=" + sample.value);
-    const std::string dump = DumpAdjustTable(OptionsOf("", overrides));
+    const std::string dump = files::DumpAdjustTable(OptionsOf("", overrides));
     const std::string key = std::string("adjust.") + sample.key;
     const std::size_t dot = key.rfind('.');
     const std::size_t table = dump.find("[" + key.substr(0, dot) + "]\n");
@@ -395,13 +397,13 @@ TEST(AdjustOptionTableTest, EveryKeyItListsIsWrittenAsItIsRead) {
     ASSERT_NE(at, std::string::npos) << line << " in\n" << dump;
     EXPECT_LT(at, dump.find("\n[", table)) << dump;
     EXPECT_EQ(defaults.find(line), std::string::npos) << key << " is a default";
-    EXPECT_EQ(DumpAdjustTable(OptionsOf(dump)), dump);
+    EXPECT_EQ(files::DumpAdjustTable(OptionsOf(dump)), dump);
   }
   EXPECT_THAT(left, testing::IsEmpty()) << "options without a sample in this test";
 }
 
 TEST(AdjustTableTest, ReadsTheSelectionAndWritesItBack) {
-  const AdjustTable options = OptionsOf(
+  const files::AdjustTable options = OptionsOf(
       "[adjust]\ncorrections = \"auto\"\n[adjust.selection]\nmode = \"per-pass\"\n"
       "significance = 0.0125\ncandidates = [\"range\", \"position\"]\nmax_degree = 2\n"
       "knot_spacings_s = [7.5, 3]\nmax_condition = 3e5\nmax_posterior_prior = 0.75\n"
@@ -416,8 +418,8 @@ TEST(AdjustTableTest, ReadsTheSelectionAndWritesItBack) {
   EXPECT_EQ(selection.max_condition, 3e5);
   EXPECT_EQ(selection.max_posterior_prior, 0.75);
   EXPECT_EQ(selection.simplify, 0.0625);
-  const std::string dump = DumpAdjustTable(options);
-  EXPECT_EQ(DumpAdjustTable(OptionsOf(dump)), dump);
+  const std::string dump = files::DumpAdjustTable(options);
+  EXPECT_EQ(files::DumpAdjustTable(OptionsOf(dump)), dump);
   EXPECT_THAT(dump, testing::HasSubstr("knot_spacings_s = [7.5, 3"));
 }
 

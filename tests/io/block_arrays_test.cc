@@ -60,7 +60,7 @@ struct GivenArrays {
   std::vector<double> range_m{17000.5, 12500.25, 16800.125};
   std::vector<double> squint_deg{kNotGiven, 1.5, kNotGiven};
 
-  [[nodiscard]] BlockArrays Arrays() const {
+  [[nodiscard]] files::BlockArrays Arrays() const {
     return {kArraysToml,
             {{"trajectories",
               {{"pass", {}, passes, state_pass},
@@ -78,9 +78,9 @@ struct GivenArrays {
                {"range_m", range_m},
                {"squint_deg", squint_deg}}}}};
   }
-  [[nodiscard]] Block Read() const { return ReadBlockArrays(Arrays()).block; }
+  [[nodiscard]] Block Read() const { return files::ReadBlockArrays(Arrays()).block; }
   [[nodiscard]] std::string Refusal() const {
-    return MessageOf<InputError>([&] { return ReadBlockArrays(Arrays()); });
+    return MessageOf<InputError>([&] { return files::ReadBlockArrays(Arrays()); });
   }
 };
 
@@ -105,9 +105,9 @@ TEST(ReadBlockArraysTest, TextsAreFoundByTheirIndicesAndLooksSortedByPoint) {  /
 TEST(ReadBlockArraysTest, PointsOfATableComeFirstInItsOrder) {
   const GivenArrays given;
   const std::vector<std::uint32_t> all{0, 1, 2};
-  BlockArrays arrays = given.Arrays();
+  files::BlockArrays arrays = given.Arrays();
   arrays.tables.push_back({"points", {{"point", {}, given.points, all}}});
-  const Block block = ReadBlockArrays(arrays).block;
+  const Block block = files::ReadBlockArrays(arrays).block;
   ASSERT_EQ(block.points.size(), 3U);
   EXPECT_EQ(block.points.ids[1], "P1");
   EXPECT_THAT(block.looks.offsets, ElementsAre(0U, 1U, 1U, 3U));
@@ -148,9 +148,9 @@ TEST(ReadBlockArraysTest, ColumnsAreRefusedByTableAndColumn) {
   given.range_m.pop_back();
   EXPECT_EQ(given.Refusal(),
             "observations.range_m: has 2 rows where observations.pass has 3, as many are needed");
-  BlockArrays arrays = GivenArrays().Arrays();
+  files::BlockArrays arrays = GivenArrays().Arrays();
   const auto refusal = [&] {
-    return MessageOf<InputError>([&] { return ReadBlockArrays(arrays); });
+    return MessageOf<InputError>([&] { return files::ReadBlockArrays(arrays); });
   };
   given = {};
   arrays = given.Arrays();
@@ -231,21 +231,21 @@ struct ManyLooks {
       given.squint_deg[row] = 1.5;
     }
   }
-  [[nodiscard]] BlockArrays Arrays() const {
-    BlockArrays arrays = given.Arrays();
+  [[nodiscard]] files::BlockArrays Arrays() const {
+    files::BlockArrays arrays = given.Arrays();
     arrays.tables.back().columns.push_back({"rejected", rejected});
     return arrays;
   }
   [[nodiscard]] std::string Refusal() const {
-    return MessageOf<InputError>([&] { return ReadBlockArrays(Arrays()); });
+    return MessageOf<InputError>([&] { return files::ReadBlockArrays(Arrays()); });
   }
 };
 
 TEST(ReadBlockArraysTest, LooksReadAsColumnsAreThoseReadCellByCell) {  // two routes inside
   ManyLooks looks;
-  const Block columns = ReadBlockArrays(looks.Arrays()).block;
+  const Block columns = files::ReadBlockArrays(looks.Arrays()).block;
   looks.AskForCells();
-  const Block cells = ReadBlockArrays(looks.Arrays()).block;
+  const Block cells = files::ReadBlockArrays(looks.Arrays()).block;
   EXPECT_TRUE(columns.looks.cone.empty());
   EXPECT_EQ(cells.looks.cone.size(), looks.rejected.size());
   EXPECT_EQ(columns.looks.offsets, cells.looks.offsets);
@@ -282,21 +282,21 @@ TEST(ReadBlockArraysTest, RowsAmongColumnsAreRefusedAsCellsAre) {  // two routes
 
 TEST(ReadBlockArraysTest, ColumnsNeedStandardDeviationsOfThePassAsCellsDo) {
   ManyLooks looks;
-  BlockArrays arrays = looks.Arrays();
+  files::BlockArrays arrays = looks.Arrays();
   std::string toml(kArraysToml);
   toml.erase(toml.find("azimuth_m"), std::string("azimuth_m = 1.25\n").size());
   arrays.block_toml = toml;
-  EXPECT_THAT(MessageOf<InputError>([&] { return ReadBlockArrays(arrays); }),
+  EXPECT_THAT(MessageOf<InputError>([&] { return files::ReadBlockArrays(arrays); }),
               testing::HasSubstr("no standard deviation of azimuth: neither this row, pass 'A'"));
 }
 
 // A row that gives no cone takes the squint of its pass; a swath comes with block.toml.
 TEST(BlockArraysTest, PassesSayTheirSquintAndSwath) {
   GivenArrays given;
-  BlockArrays arrays = given.Arrays();
+  files::BlockArrays arrays = given.Arrays();
   std::string toml(arrays.block_toml);
   arrays.block_toml = toml += "squint_deg = -2.5\nswath_range_m = [16000, 18000]\n";
-  const Block block = ReadBlockArrays(arrays).block;
+  const Block block = files::ReadBlockArrays(arrays).block;
   ASSERT_TRUE(block.passes[1].swath);
   EXPECT_EQ(block.passes[1].swath->kind, SwathKind::kSlantRange);
   EXPECT_THAT(block.passes[1].swath->limits, ElementsAre(16000.0, 18000.0));
@@ -305,7 +305,7 @@ TEST(BlockArraysTest, PassesSayTheirSquintAndSwath) {
   }
   toml += "swath_look_deg = [0, 20]\n";
   arrays.block_toml = toml;
-  EXPECT_THAT(MessageOf<InputError>([&] { return ReadBlockArrays(arrays); }),
+  EXPECT_THAT(MessageOf<InputError>([&] { return files::ReadBlockArrays(arrays); }),
               testing::HasSubstr("pass[1].swath_range_m: excludes swath_look_deg"));
 }
 

@@ -56,9 +56,9 @@ std::string BlockError(const std::string& toml,
                        const std::string& looks,
                        const std::optional<std::string>& points = std::nullopt) {
   const std::string message = test::MessageOf<InputError>([&] {
-    BlockTexts texts{toml, paths, looks, std::nullopt};
+    files::BlockTexts texts{toml, paths, looks, std::nullopt};
     if (points) texts.points_csv = *points;
-    return ReadBlockTexts(texts);
+    return files::ReadBlockTexts(texts);
   });
   return message;
 }
@@ -346,7 +346,7 @@ using BlockFolderErrorsTest = test::FolderTest;
 
 TEST_F(BlockFolderErrorsTest, NamesMissingFiles) {
   const auto error = [&] {
-    return test::MessageOf<InputError>([&] { return ReadBlock(folder_); });
+    return test::MessageOf<InputError>([&] { return files::ReadBlock(folder_); });
   };
   EXPECT_THAT(error(), HasSubstr("block.toml: is missing, every block has this file"));
   Put("block.toml", kGoodToml);
@@ -357,13 +357,14 @@ TEST_F(BlockFolderErrorsTest, NamesMissingFiles) {
   EXPECT_EQ(error(), "");
   Put("observations.csv", kGoodLooks);
   EXPECT_THAT(error(), HasSubstr("observations.csv.gz: excludes observations.csv"));
-  EXPECT_THAT(test::MessageOf<InputError>([&] { return ReadBlock(folder_ / "none"); }),
+  EXPECT_THAT(test::MessageOf<InputError>([&] { return files::ReadBlock(folder_ / "none"); }),
               HasSubstr("none: does not exist; a block is a folder with block.toml"));
   std::filesystem::remove(folder_ / "block.toml");
   Put("summary.json", "{}");
   EXPECT_THAT(error(), HasSubstr("is a result, not a block; a block is a folder with"));
-  EXPECT_THAT(test::MessageOf<InputError>([&] { return ReadBlock(folder_ / "summary.json"); }),
-              HasSubstr("summary.json: is a file that is no HDF5 file; a block is a folder"));
+  EXPECT_THAT(
+      test::MessageOf<InputError>([&] { return files::ReadBlock(folder_ / "summary.json"); }),
+      HasSubstr("summary.json: is a file that is no HDF5 file; a block is a folder"));
 }
 
 TEST_F(BlockFolderErrorsTest, NamesTheLineWhereAGzipTableIsCutOff) {
@@ -376,7 +377,7 @@ TEST_F(BlockFolderErrorsTest, NamesTheLineWhereAGzipTableIsCutOff) {
   }
   const std::string bytes = Content(PutGzip("observations.csv.gz", looks));
   Put("observations.csv.gz", bytes.substr(0, bytes.size() * 3 / 4));
-  EXPECT_THAT(test::MessageOf<InputError>([&] { return ReadBlock(folder_); }),
+  EXPECT_THAT(test::MessageOf<InputError>([&] { return files::ReadBlock(folder_); }),
               testing::ContainsRegex("observations.csv.gz:[0-9]+: the gzip data end too early"));
 }
 

@@ -163,28 +163,28 @@ TEST_F(BlockFilesTest, ABlockComesBackToTheLastBit) {  // round trip
   }
   for (const Pass& pass : block.passes) truth.paths.push_back(pass.path);
   for (const Compression compression : {Compression::kNone, Compression::kGzip}) {
-    WriteBlock(folder_, block, {}, &truth, compression);
+    files::WriteBlock(folder_, block, {}, &truth, compression);
     EXPECT_EQ(FileCount(), 7u);  // with the checksums; nothing is left of the other compression
-    const BlockFile read = ReadBlock(folder_);
+    const files::BlockFile read = files::ReadBlock(folder_);
     ExpectSame(read.block, block);
     // Random numbers contradict each other, and that is said; what was written is read without a
     // word.
     for (const std::string& warning : read.warnings) {
       EXPECT_EQ(warning.find(".csv"), std::string::npos) << warning;
     }
-    const Truth truth_read = ReadTruth(folder_, read.block);
+    const Truth truth_read = files::ReadTruth(folder_, read.block);
     EXPECT_EQ(truth_read.points_m, truth.points_m);
     ASSERT_EQ(truth_read.paths.size(), 3u);
     ExpectSame(truth_read.paths[1], truth.paths[1]);
   }
-  WriteBlock(folder_, block, {}, nullptr);
+  files::WriteBlock(folder_, block, {}, nullptr);
   EXPECT_EQ(FileCount(), 5u);  // an older truth does not stay beside a new block
-  EXPECT_TRUE(ReadTruth(folder_, block).points_m.empty());
+  EXPECT_TRUE(files::ReadTruth(folder_, block).points_m.empty());
 }
 
 TEST_F(BlockFilesTest, TheSameBlockGivesTheSameBytes) {
-  WriteBlock(folder_ / "a", RichBlock(), {}, nullptr, Compression::kGzip);
-  WriteBlock(folder_ / "b", RichBlock(), {}, nullptr, Compression::kGzip);
+  files::WriteBlock(folder_ / "a", RichBlock(), {}, nullptr, Compression::kGzip);
+  files::WriteBlock(folder_ / "b", RichBlock(), {}, nullptr, Compression::kGzip);
   for (const char* name :
        {"block.toml", "points.csv.gz", "observations.csv.gz", "trajectories.csv.gz"}) {
     EXPECT_EQ(Content(folder_ / "a" / name), Content(folder_ / "b" / name)) << name;
@@ -200,10 +200,10 @@ TEST_F(BlockFilesTest, ADopplerMeasuredByEveryLookOfAPassComesBack) {  // round 
     if ((block.looks.flags[i] & Looks::kDoppler) == 0) block.looks.cone[i] = 17.0 / 3.0;
     block.looks.flags[i] |= Looks::kDoppler;
   }
-  WriteBlock(folder_, block, {}, nullptr);
+  files::WriteBlock(folder_, block, {}, nullptr);
   EXPECT_THAT(Content(folder_ / "block.toml"),
               testing::HasSubstr("\ndoppler_sigma_hz = 3.6666666666666665\n"));
-  const Block read = ReadBlock(folder_).block;
+  const Block read = files::ReadBlock(folder_).block;
   ExpectSame(read, block);
   for (std::size_t i = 0; i < read.looks.size(); ++i) {
     EXPECT_EQ(read.MeasuresDoppler(i), read.looks.pass[i] == 1);
@@ -227,7 +227,8 @@ constexpr std::string_view kSmallLooks =
 TEST_F(BlockFilesTest, ReadsOptionalColumnsAndUnits) {  // hand values
   constexpr std::string_view points =
       "point,role,lat_deg,lon_deg,h_m,sigma_u_m\nK,control,0,90,12.5,0.25\nN,check,90,0,0,\n";
-  const BlockFile file = ReadBlockTexts({kSmallToml, kSmallPaths, kSmallLooks, points});
+  const files::BlockFile file =
+      files::ReadBlockTexts({kSmallToml, kSmallPaths, kSmallLooks, points});
   const Block& block = file.block;
   EXPECT_EQ(block.name, "block");
   ASSERT_EQ(block.points.size(), 4u);  // points.csv first, then in the order of their looks
@@ -269,35 +270,38 @@ TEST_F(BlockFilesTest, ReadsOptionalColumnsAndUnits) {  // hand values
 }
 
 TEST_F(BlockFilesTest, APlanNeedsNoMeasuredValues) {
-  ReadOptions plan;
-  plan.measurements = Measurements::kOptional;
-  const BlockTexts no_columns{kSmallToml, kSmallPaths, "pass,point\nA,P\nB,P\n", std::nullopt};
-  const Block block = ReadBlockTexts(no_columns, plan).block;
+  files::ReadOptions plan;
+  plan.measurements = files::Measurements::kOptional;
+  const files::BlockTexts no_columns{
+      kSmallToml, kSmallPaths, "pass,point\nA,P\nB,P\n", std::nullopt};
+  const Block block = files::ReadBlockTexts(no_columns, plan).block;
   EXPECT_EQ(block.looks.size(), 2u);
   EXPECT_TRUE(std::isnan(block.looks.time_s[0]));
   EXPECT_TRUE(std::isnan(block.looks.range_m[1]));
   EXPECT_EQ(block.passes[0].end_s, 40.0);  // the path's span
-  EXPECT_THROW(static_cast<void>(ReadBlockTexts(no_columns)), InputError);
+  EXPECT_THROW(static_cast<void>(files::ReadBlockTexts(no_columns)), InputError);
 }
 
 TEST_F(BlockFilesTest, OverridesReachTheAdjustment) {
-  ReadOptions options;
+  files::ReadOptions options;
   options.set_overrides = {"robust=huber", "correction.position.degree=2"};
   const AdjustOptions adjust =
-      ReadBlockTexts({kSmallToml, kSmallPaths, kSmallLooks, std::nullopt}, options).adjust;
+      files::ReadBlockTexts({kSmallToml, kSmallPaths, kSmallLooks, std::nullopt}, options).adjust;
   EXPECT_EQ(adjust.robust, RobustLoss::kHuber);
   ASSERT_EQ(adjust.groups.size(), 1u);
   EXPECT_EQ(std::get<PositionCorrection>(adjust.groups[0].model).degree, 2);
 }
 
 TEST_F(BlockFilesTest, ReadsPairsByName) {
-  const Block block = ReadBlockTexts({kSmallToml, kSmallPaths, kSmallLooks, std::nullopt}).block;
+  const Block block =
+      files::ReadBlockTexts({kSmallToml, kSmallPaths, kSmallLooks, std::nullopt}).block;
   Put("pairs.csv", "point_b,point_a\nZ,Y\nK,Z\n");
-  const auto pairs = ReadPairs(folder_, "pairs.csv", block);
+  const auto pairs = files::ReadPairs(folder_, "pairs.csv", block);
   EXPECT_THAT(pairs, ElementsAre(std::pair{2u, 0u}, std::pair{0u, 1u}));
   Put("pairs.csv", "point_b,point_a\nZ,Z\n");
-  EXPECT_THAT(test::MessageOf<InputError>([&] { return ReadPairs(folder_, "pairs.csv", block); }),
-              HasSubstr("pairs.csv:2: point_b: 'Z' is point_a too"));
+  EXPECT_THAT(
+      test::MessageOf<InputError>([&] { return files::ReadPairs(folder_, "pairs.csv", block); }),
+      HasSubstr("pairs.csv:2: point_b: 'Z' is point_a too"));
 }
 
 class CancelledSink final : public ProgressSink {
@@ -310,18 +314,18 @@ TEST_F(BlockFilesTest, ReadingEndsWhenTheUserAsks) {
   std::string looks = "pass,point,time_s,range_m\n";
   for (int i = 0; i < 70001; ++i) looks += "A,P" + std::to_string(i) + ",1.5,2.5\n";
   CancelledSink sink;
-  ReadOptions options;
+  files::ReadOptions options;
   options.progress = &sink;
-  EXPECT_THROW(
-      static_cast<void>(ReadBlockTexts({kSmallToml, kSmallPaths, looks, std::nullopt}, options)),
-      Interrupted);
+  EXPECT_THROW(static_cast<void>(
+                   files::ReadBlockTexts({kSmallToml, kSmallPaths, looks, std::nullopt}, options)),
+               Interrupted);
 }
 
 TEST(RealBlocksTest, LoadWithTheirCounts) {  // counts of the data's own description
   const std::filesystem::path data(SARBLOCK_SHARED_DATA);
   if (!std::filesystem::exists(data)) GTEST_SKIP() << "no shared data beside the project";
   for (const char* name : {"cabeus-minirf", "cabeus-minirf-jigsaw"}) {
-    const BlockFile file = ReadBlock(data / name);
+    const files::BlockFile file = files::ReadBlock(data / name);
     EXPECT_EQ(file.block.name, name);
     EXPECT_EQ(file.block.passes.size(), 3u);
     EXPECT_EQ(file.block.points.size(), 118u);

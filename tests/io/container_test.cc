@@ -47,7 +47,7 @@ class ContainerTest : public test::ResultFolderTest {
     const std::filesystem::path file = folder_ / "damaged.h5";
     fuzz::WriteSmallContainer(file);
     fuzz::ContainerEdit(file, lines);
-    const std::string message = MessageOf<InputError>([&] { return ReadBlock(file); });
+    const std::string message = MessageOf<InputError>([&] { return files::ReadBlock(file); });
     EXPECT_TRUE(message.starts_with(file.string() + ": ")) << message;
     return message.substr(std::min(message.size(), file.string().size() + 2));
   }
@@ -75,20 +75,20 @@ void AddTruth(const std::string& point, const std::array<double, 3>& position_m,
 
 TEST_F(ContainerTest, BlockComesBackWithTheSameBytes) {  // round trip
   PutBlock("given");
-  const BlockFile read = ReadBlock(folder_ / "given");
+  const files::BlockFile read = files::ReadBlock(folder_ / "given");
   Truth truth;
   truth.points_m = {Eigen::Vector3d(1.5, 2.5, 3.5), Eigen::Vector3d::Constant(kNotGiven)};
   truth.paths = {read.block.passes[0].path, read.block.passes[1].path};
-  WriteBlock(folder_ / "written", read.block, read.adjust, &truth);
-  const ConversionReport report = Convert(folder_ / "written", folder_ / "b.h5");
+  files::WriteBlock(folder_ / "written", read.block, read.adjust, &truth);
+  const files::ConversionReport report = files::Convert(folder_ / "written", folder_ / "b.h5");
   EXPECT_EQ(report.kind, "block");
   EXPECT_EQ(report.tables, 5u);
   EXPECT_EQ(report.rows, 4u + 3u + 2u + 1u + 4u);
-  Convert(folder_ / "b.h5", folder_ / "back");
+  files::Convert(folder_ / "b.h5", folder_ / "back");
   ExpectSameFiles("written", "back");
   // Written without the folder between, and deflated.
-  WriteBlock(folder_ / "direct.h5", read.block, read.adjust, &truth, Compression::kGzip);
-  Convert(folder_ / "direct.h5", folder_ / "back_of_direct");
+  files::WriteBlock(folder_ / "direct.h5", read.block, read.adjust, &truth, Compression::kGzip);
+  files::Convert(folder_ / "direct.h5", folder_ / "back_of_direct");
   ExpectSameFiles("written", "back_of_direct");
 }
 
@@ -103,7 +103,7 @@ herr_t TellHost(hid_t, void*) {
 // meanwhile nothing of ours reaches it.
 TEST_F(ContainerTest, LeavesTheErrorHandlerOfTheHostAsItWas) {
   PutBlock("given");
-  const BlockFile read = ReadBlock(folder_ / "given");
+  const files::BlockFile read = files::ReadBlock(folder_ / "given");
   static_cast<void>(Refusal("delete /observations/range_m"));  // writes damaged.h5
   H5E_auto2_t before = nullptr;
   void* data = nullptr;
@@ -116,14 +116,14 @@ TEST_F(ContainerTest, LeavesTheErrorHandlerOfTheHostAsItWas) {
     H5Eget_auto2(H5E_DEFAULT, &now, &its);
     return now == TellHost && its == &g_told;
   };
-  WriteBlock(folder_ / "b.h5", read.block, read.adjust);
+  files::WriteBlock(folder_ / "b.h5", read.block, read.adjust);
   EXPECT_TRUE(holds());
-  EXPECT_EQ(ReadBlock(folder_ / "b.h5").block.looks.size(), read.block.looks.size());
+  EXPECT_EQ(files::ReadBlock(folder_ / "b.h5").block.looks.size(), read.block.looks.size());
   EXPECT_TRUE(holds());
-  EXPECT_THROW(static_cast<void>(ReadBlock(folder_ / "damaged.h5")), InputError);
+  EXPECT_THROW(static_cast<void>(files::ReadBlock(folder_ / "damaged.h5")), InputError);
   EXPECT_TRUE(holds());
   Put("short.h5", "\x89HDF\r\n\x1a\n and nothing that follows");
-  EXPECT_THROW(static_cast<void>(ReadBlock(folder_ / "short.h5")), InputError);
+  EXPECT_THROW(static_cast<void>(files::ReadBlock(folder_ / "short.h5")), InputError);
   EXPECT_EQ(ContentOf(folder_ / "short.h5"), std::nullopt);
   EXPECT_TRUE(holds());
   EXPECT_EQ(g_told, 0);
@@ -138,30 +138,30 @@ void CountChild(int) { ++g_children; }
 // A handler of SIGCHLD sees every child that ends.
 TEST_F(ContainerTest, StartsNoProcessWhereTheHostWantsNone) {
   PutBlock("given");
-  const BlockFile read = ReadBlock(folder_ / "given");
-  WriteBlock(folder_ / "b.h5", read.block, read.adjust);
+  const files::BlockFile read = files::ReadBlock(folder_ / "given");
+  files::WriteBlock(folder_ / "b.h5", read.block, read.adjust);
   struct sigaction counting {};
   struct sigaction before {};
   counting.sa_handler = CountChild;
   counting.sa_flags = SA_RESTART;
   sigaction(SIGCHLD, &counting, &before);
-  static_cast<void>(ReadBlock(folder_ / "b.h5"));
+  static_cast<void>(files::ReadBlock(folder_ / "b.h5"));
   EXPECT_GT(g_children, 0) << "nothing to count";
   g_children = 0;
   TryHdf5Apart(false);
-  EXPECT_EQ(ReadBlock(folder_ / "b.h5").block.looks.size(), read.block.looks.size());
+  EXPECT_EQ(files::ReadBlock(folder_ / "b.h5").block.looks.size(), read.block.looks.size());
   TryHdf5Apart(true);
   EXPECT_EQ(g_children, 0);
   sigaction(SIGCHLD, &before, nullptr);
 }
 
 TEST_F(ContainerTest, ResultComesBackWithTheSameBytes) {  // round trip
-  WriteResult(folder_ / "result", block_, options_, result_, context_);
-  Convert(folder_ / "result", folder_ / "r.h5");
-  Convert(folder_ / "r.h5", folder_ / "back");
+  files::WriteResult(folder_ / "result", block_, options_, result_, context_);
+  files::Convert(folder_ / "result", folder_ / "r.h5");
+  files::Convert(folder_ / "r.h5", folder_ / "back");
   ExpectSameFiles("result", "back");
-  WriteResult(folder_ / "direct.h5", block_, options_, result_, context_);
-  Convert(folder_ / "direct.h5", folder_ / "back_of_direct");
+  files::WriteResult(folder_ / "direct.h5", block_, options_, result_, context_);
+  files::Convert(folder_ / "direct.h5", folder_ / "back_of_direct");
   for (const TableDescription& table : TablesOf(FolderContent::kResult)) {
     const std::string name = std::string(table.name) + ".csv";
     EXPECT_EQ(Content(folder_ / "result" / name), Content(folder_ / "back_of_direct" / name));
@@ -169,9 +169,10 @@ TEST_F(ContainerTest, ResultComesBackWithTheSameBytes) {  // round trip
 }
 
 TEST_F(ContainerTest, ReadsTheSameFromFileAndFolder) {  // two routes inside the project
-  WriteResult(folder_ / "result", block_, options_, result_, context_);
-  Convert(folder_ / "result", folder_ / "r.h5");
-  const ResultFile a = ReadResult(folder_ / "result"), b = ReadResult(folder_ / "r.h5");
+  files::WriteResult(folder_ / "result", block_, options_, result_, context_);
+  files::Convert(folder_ / "result", folder_ / "r.h5");
+  const files::ResultFile a = files::ReadResult(folder_ / "result"),
+                          b = files::ReadResult(folder_ / "r.h5");
   EXPECT_EQ(a.summary.json, b.summary.json);
   EXPECT_EQ(a.points.ids[1], b.points.ids[1]);
   EXPECT_EQ(a.points.results.status, b.points.results.status);
@@ -187,13 +188,13 @@ TEST_F(ContainerTest, ReadsTheSameFromFileAndFolder) {  // two routes inside the
 }
 
 TEST_F(ContainerTest, SameBlockGivesTheSameBytes) {
-  WriteBlock(folder_ / "a.h5", block_, options_);
-  WriteBlock(folder_ / "b.h5", block_, options_);
+  files::WriteBlock(folder_ / "a.h5", block_, options_);
+  files::WriteBlock(folder_ / "b.h5", block_, options_);
   EXPECT_EQ(Content(folder_ / "a.h5"), Content(folder_ / "b.h5"));
 }
 
 TEST_F(ContainerTest, HoldsNoTimeOfDay) {
-  WriteBlock(folder_ / "a.h5", block_, options_);
+  files::WriteBlock(folder_ / "a.h5", block_, options_);
   const Hdf5Id file(H5Fopen((folder_ / "a.h5").c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   int objects = 0;
   const auto visit = [](hid_t, const char* name, const H5O_info_t* info, void* count) -> herr_t {
@@ -211,26 +212,27 @@ TEST_F(ContainerTest, HoldsNoTimeOfDay) {
 TEST_F(ContainerTest, KeepsColumnsOfOthersAsText) {
   PutBlock("given");
   Put("given/truth.csv", "note,z_m,point,y_m,x_m\n# a comment\n\"so, so\",3,P,2,1.50\n");
-  const ConversionReport report = Convert(folder_ / "given", folder_ / "b.h5");
+  const files::ConversionReport report = files::Convert(folder_ / "given", folder_ / "b.h5");
   EXPECT_THAT(report.left_out, ElementsAre());
-  Convert(folder_ / "b.h5", folder_ / "back", Compression::kNone);
+  files::Convert(folder_ / "b.h5", folder_ / "back", Compression::kNone);
   EXPECT_EQ(Content(folder_ / "back/truth.csv"), "point,x_m,y_m,z_m,note\nP,1.5,2,3,\"so, so\"\n");
 }
 
 TEST_F(ContainerTest, NamesWhatIsLeftOutOfAFolder) {
   PutBlock("given");
   Put("given/pairs.csv", "point_a,point_b\nP,Q\n");
-  EXPECT_THAT(Convert(folder_ / "given", folder_ / "b.h5").left_out, ElementsAre("pairs.csv"));
+  EXPECT_THAT(files::Convert(folder_ / "given", folder_ / "b.h5").left_out,
+              ElementsAre("pairs.csv"));
 }
 
 TEST_F(ContainerTest, ListsBesideTheFileAreRead) {
   PutBlock("given");
-  Convert(folder_ / "given", folder_ / "b.h5");
+  files::Convert(folder_ / "given", folder_ / "b.h5");
   Put("pairs.csv", "point_a,point_b\nP,\"Q,1\"\n");
   Put("out.csv", "pass,point,rejected\nA,P,1\n");
-  Block block = ReadBlock(folder_ / "b.h5").block;
-  EXPECT_EQ(ReadPairs(folder_ / "b.h5", "pairs.csv", block).size(), 1u);
-  EXPECT_EQ(ApplyRejections(folder_ / "b.h5", "out.csv", &block), 1u);
+  Block block = files::ReadBlock(folder_ / "b.h5").block;
+  EXPECT_EQ(files::ReadPairs(folder_ / "b.h5", "pairs.csv", block).size(), 1u);
+  EXPECT_EQ(files::ApplyRejections(folder_ / "b.h5", "out.csv", &block), 1u);
 }
 
 TEST_F(ContainerTest, RefusalsNameDatasetRowAndValue) {
@@ -299,7 +301,7 @@ TEST_F(ContainerTest, ColumnsWithoutValuesTakeNoRoom) {
     return std::filesystem::file_size(folder_ / name);
   };
   EXPECT_LT(write("empty.h5", kNotGiven) + 1500000, write("full.h5", 2.0));
-  EXPECT_EQ(Convert(folder_ / "empty.h5", folder_ / "back").rows, 100000u);
+  EXPECT_EQ(files::Convert(folder_ / "empty.h5", folder_ / "back").rows, 100000u);
 }
 
 // Two routes inside: from file to file rows are copied as columns, into a folder cell by cell.
@@ -311,39 +313,43 @@ TEST_F(ContainerTest, ConvertRefusesColumnsAsItRefusesCells) {
                             "set /points/role 0 9"}) {
     PutBlock("given");
     const std::filesystem::path file = folder_ / "damaged.h5";
-    Convert(folder_ / "given", file);
+    files::Convert(folder_ / "given", file);
     fuzz::ContainerEdit(file, lines);
     const std::string columns =
-        MessageOf<InputError>([&] { return Convert(file, folder_ / "a.h5"); });
+        MessageOf<InputError>([&] { return files::Convert(file, folder_ / "a.h5"); });
     EXPECT_THAT(columns, HasSubstr("must be ")) << lines;
-    EXPECT_EQ(columns, MessageOf<InputError>([&] { return Convert(file, folder_ / "a"); }));
+    EXPECT_EQ(columns, MessageOf<InputError>([&] { return files::Convert(file, folder_ / "a"); }));
     EXPECT_FALSE(std::filesystem::exists(folder_ / "a.h5"));
     std::filesystem::remove(file);
   }
 }
 
 TEST_F(ContainerTest, TellsABlockFromAResult) {
-  WriteResult(folder_ / "r.h5", block_, options_, result_, context_);
-  WriteBlock(folder_ / "b.h5", block_, options_);
-  EXPECT_THAT(MessageOf<InputError>([&] { return ReadBlock(folder_ / "r.h5"); }),
+  files::WriteResult(folder_ / "r.h5", block_, options_, result_, context_);
+  files::WriteBlock(folder_ / "b.h5", block_, options_);
+  EXPECT_THAT(MessageOf<InputError>([&] { return files::ReadBlock(folder_ / "r.h5"); }),
               HasSubstr("is a result, not a block"));
-  EXPECT_THAT(MessageOf<InputError>([&] { return ReadResult(folder_ / "b.h5"); }),
+  EXPECT_THAT(MessageOf<InputError>([&] { return files::ReadResult(folder_ / "b.h5"); }),
               HasSubstr("is a block, not a result"));
-  EXPECT_THAT(MessageOf<InputError>([&] { return Convert(folder_ / "none", folder_ / "x.h5"); }),
-              HasSubstr("none: does not exist"));
-  EXPECT_THAT(MessageOf<InputError>([&] { return Convert(folder_ / "b.h5", folder_ / "b.h5"); }),
-              HasSubstr("b.h5: is what is converted"));
+  EXPECT_THAT(
+      MessageOf<InputError>([&] { return files::Convert(folder_ / "none", folder_ / "x.h5"); }),
+      HasSubstr("none: does not exist"));
+  EXPECT_THAT(
+      MessageOf<InputError>([&] { return files::Convert(folder_ / "b.h5", folder_ / "b.h5"); }),
+      HasSubstr("b.h5: is what is converted"));
 }
 
 TEST_F(ContainerTest, RefusesToConvertASummaryThatIsNoJsonAndABlockThatIsNoToml) {
-  WriteResult(folder_ / "r", block_, options_, result_, context_);
+  files::WriteResult(folder_ / "r", block_, options_, result_, context_);
   Put("r/summary.json", "{\n\"format\": 1,\n}");
-  EXPECT_THAT(MessageOf<InputError>([&] { return Convert(folder_ / "r", folder_ / "r.h5"); }),
-              HasSubstr("r/summary.json:3: "));
-  WriteBlock(folder_ / "b", block_, options_);
+  EXPECT_THAT(
+      MessageOf<InputError>([&] { return files::Convert(folder_ / "r", folder_ / "r.h5"); }),
+      HasSubstr("r/summary.json:3: "));
+  files::WriteBlock(folder_ / "b", block_, options_);
   Put("b/block.toml", "name = \"one\"\n[frame");
-  EXPECT_THAT(MessageOf<InputError>([&] { return Convert(folder_ / "b", folder_ / "b.h5"); }),
-              HasSubstr("b/block.toml:2: "));
+  EXPECT_THAT(
+      MessageOf<InputError>([&] { return files::Convert(folder_ / "b", folder_ / "b.h5"); }),
+      HasSubstr("b/block.toml:2: "));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "r.h5"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "b.h5"));
 }
@@ -356,7 +362,7 @@ TEST_F(ContainerTest, RefusesToReplaceAFileOfOthers) {
     });
   };
   EXPECT_EQ(require(FolderContent::kBlock), "");
-  WriteBlock(folder_ / "x.h5", block_, options_);
+  files::WriteBlock(folder_ / "x.h5", block_, options_);
   EXPECT_EQ(require(FolderContent::kBlock), "");
   EXPECT_THAT(require(FolderContent::kResult), HasSubstr("is no result that sarblock wrote"));
   Put("x.h5", "text");
@@ -395,7 +401,7 @@ TEST_F(ContainerTest, KilledWriterLeavesNoFileUnderTheName) {
   ASSERT_EQ(::waitpid(child, &status, 0), child);
   EXPECT_TRUE(WIFSIGNALED(status));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "x.h5"));
-  WriteBlock(folder_ / "x.h5", block_, options_);  // clears away what was left
+  files::WriteBlock(folder_ / "x.h5", block_, options_);  // clears away what was left
   EXPECT_EQ(FileCount(), 1u);
 }
 
@@ -412,7 +418,7 @@ TEST_F(ContainerTest, LongTablesAreReadInSlabs) {  // round trip over more than 
         table->Commit();
         sink->WriteText("block.toml", "");
       });
-  Convert(folder_ / "x.h5", folder_ / "back");
+  files::Convert(folder_ / "x.h5", folder_ / "back");
   test::CsvRows reader(folder_ / "back/truth.csv", kTruthColumns);
   for (int row = 0; row < kRows; ++row) {
     ASSERT_TRUE(reader.Next());
@@ -435,7 +441,7 @@ TEST_F(ContainerTest, AnyChangedByteIsReadOrRefused) {  // invariance
     std::ofstream(damaged, std::ios::binary) << bytes;
     ++tried;
     try {
-      static_cast<void>(ReadBlock(damaged));
+      static_cast<void>(files::ReadBlock(damaged));
     } catch (const InputError& error) {
       ++refused;
       fatal += std::string(error.what()).find("is damaged: libhdf5") != std::string::npos ? 1U : 0U;

@@ -42,7 +42,7 @@ TEST_F(FuzzCorpusTest, ContainersAreReadOrRefused) {
   EXPECT_GE(texts.size(), 30u);
   for (const std::string& text : texts) EXPECT_NO_THROW(fuzz::Container(text, folder_)) << text;
   fuzz::WriteSmallContainer(folder_ / "whole.h5");
-  EXPECT_EQ(ReadBlock(folder_ / "whole.h5").block.looks.size(), 2u);
+  EXPECT_EQ(files::ReadBlock(folder_ / "whole.h5").block.looks.size(), 2u);
 }
 
 TEST_F(FuzzCorpusTest, ScenesAreReadOrRefused) {
@@ -52,7 +52,7 @@ TEST_F(FuzzCorpusTest, ScenesAreReadOrRefused) {
   for (const std::string& text : texts) {
     EXPECT_NO_THROW(fuzz::SceneToml(text));
     try {
-      static_cast<void>(ParseScene(text, "scene.toml"));
+      static_cast<void>(files::ParseScene(text, "scene.toml"));
       ++read;
     } catch (const InputError&) {
     }
@@ -64,7 +64,7 @@ TEST_F(FuzzCorpusTest, ResultsAreReadOrRefused) {
   const std::vector<std::string> texts = Corpus("result");
   EXPECT_GE(texts.size(), 20u);
   for (const std::string& text : texts) EXPECT_NO_THROW(fuzz::Result(text));
-  EXPECT_NO_THROW(static_cast<void>(ReadResultTexts(
+  EXPECT_NO_THROW(static_cast<void>(files::ReadResultTexts(
       {fuzz::kSummary, fuzz::kResultPoints, fuzz::kResultPasses, fuzz::kResiduals, fuzz::kPaths})));
 }
 

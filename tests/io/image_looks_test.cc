@@ -33,8 +33,8 @@ const std::string kImagePaths =
     "pass,time_s,x_m,y_m,z_m,vx_mps,vy_mps,vz_mps\n"
     "A,0,0,0,8000.5,210.5,0,0\nA,30.25,6367.625,0,8000.5,210.5,0,0\n";
 
-BlockFile ReadImageBlock(const std::string& image, const std::string& looks) {
-  return ReadBlockTexts({kHead + image, kImagePaths, looks, std::nullopt});
+files::BlockFile ReadImageBlock(const std::string& image, const std::string& looks) {
+  return files::ReadBlockTexts({kHead + image, kImagePaths, looks, std::nullopt});
 }
 std::string ErrorOf(const std::string& image, const std::string& looks) {
   return test::MessageOf<InputError>([&] { return ReadImageBlock(image, looks); });
@@ -83,9 +83,9 @@ TEST_F(ImageFilesTest, WrittenRastersReadBackToTheSame) {  // round trip, equal 
       "1e-7]\n"
       "[[pass.image.ground_range]]\ntime_s = 9.3\ncoefficients = [8501.7, 0.31]\n";
   for (const std::string& image : {bursts, polynomials}) {
-    const BlockFile file = ReadImageBlock(image, "pass,point,line,pixel\nA,P,100.5,40.25\n");
-    WriteBlock(folder_ / "block", file.block, file.adjust);
-    const Block again = ReadBlock(folder_ / "block").block;
+    const files::BlockFile file = ReadImageBlock(image, "pass,point,line,pixel\nA,P,100.5,40.25\n");
+    files::WriteBlock(folder_ / "block", file.block, file.adjust);
+    const Block again = files::ReadBlock(folder_ / "block").block;
     const ImageGrid &a = *file.block.passes[0].image, &b = *again.passes[0].image;
     EXPECT_EQ(again.passes[0].epoch_utc, file.block.passes[0].epoch_utc);
     EXPECT_EQ(a.presentation, b.presentation);
@@ -114,7 +114,8 @@ TEST_F(ImageFilesTest, ResidualsStandInLinesAndPixels) {
       kImagePaths + "B,0,0,0,8000.5,210.5,0,0\nB,30.25,6367.625,0,8000.5,210.5,0,0\n";
   const std::string looks =
       "pass,point,line,pixel,time_s,range_m\nA,P,100.5,40.25,,\nB,P,,,2.5,9000\n";
-  const BlockFile file = ReadBlockTexts({kHead + kSlant + second, paths, looks, std::nullopt});
+  const files::BlockFile file =
+      files::ReadBlockTexts({kHead + kSlant + second, paths, looks, std::nullopt});
   AdjustResult result;
   result.points.status = {PointStatus::kAdjusted};
   result.points.reason = {""};
@@ -123,7 +124,7 @@ TEST_F(ImageFilesTest, ResidualsStandInLinesAndPixels) {
   result.points.intersection_rad = {0.1};
   result.looks.range_residual_m = {-0.625, 0.1};
   result.looks.azimuth_residual_m = {0.421, 0.1};
-  WriteResult(folder_, file.block, file.adjust, result, ResultContext{});
+  files::WriteResult(folder_, file.block, file.adjust, result, files::ResultContext{});
   const std::vector<TableColumn> columns{
       {"pass"}, {"line_residual_px"}, {"pixel_residual_px"}, {"line"}, {"pixel"}};
   test::CsvRows reader(folder_ / "residuals.csv", columns);

@@ -109,7 +109,7 @@ class ParallelReadingTest : public test::FolderTest {
   }
   [[nodiscard]] std::string Refusal(int threads) const {
     const ThreadLimit limit(threads);
-    return test::MessageOf<InputError>([&] { return ReadBlock(folder_); });
+    return test::MessageOf<InputError>([&] { return files::ReadBlock(folder_); });
   }
 };
 
@@ -120,7 +120,7 @@ TEST_F(ParallelReadingTest, EveryThreadCountReadsTheSameBlock) {
   ASSERT_GT(std::filesystem::file_size(folder_ / "observations.csv"), 2U << 20);
   for (const int threads : {1, 2, 3, 8}) {
     const ThreadLimit limit(threads);
-    ExpectLargeBlock(ReadBlock(folder_).block);
+    ExpectLargeBlock(files::ReadBlock(folder_).block);
   }
 }
 
@@ -165,10 +165,10 @@ TEST_F(ParallelReadingTest, AFileWithoutALastNewLineAndACompressedOneAreRead) {
   std::vector<std::string> rows = LargeRows();
   rows.back().pop_back();
   PutBlock(rows);
-  EXPECT_EQ(ReadBlock(folder_).block.looks.size(), rows.size());
+  EXPECT_EQ(files::ReadBlock(folder_).block.looks.size(), rows.size());
   std::filesystem::remove(folder_ / "observations.csv");
   PutGzip("observations.csv.gz", TableOfRows(rows));
-  EXPECT_EQ(ReadBlock(folder_).block.looks.size(), rows.size());
+  EXPECT_EQ(files::ReadBlock(folder_).block.looks.size(), rows.size());
 }
 
 // Closed form, and two routes. The rows of a file, whose texts stand once, in parts of 8192.
@@ -178,10 +178,10 @@ TEST_F(ParallelReadingTest, EveryThreadCountReadsTheSameBlockFromAFile) {
   std::string first;
   for (const int threads : {1, 2, 3, 8}) {
     const ThreadLimit limit(threads);
-    Convert(folder_, file);
-    ExpectLargeBlock(ReadBlock(file).block);
-    Convert(file, folder_ / "copied.h5");
-    Convert(folder_ / "copied.h5", folder_ / "back");
+    files::Convert(folder_, file);
+    ExpectLargeBlock(files::ReadBlock(file).block);
+    files::Convert(file, folder_ / "copied.h5");
+    files::Convert(folder_ / "copied.h5", folder_ / "back");
     const std::string bytes = Content(folder_ / "back" / "observations.csv");
     if (threads == 1) first = bytes;
     EXPECT_GT(bytes.size(), 1U << 20);
@@ -200,9 +200,9 @@ TEST_F(ParallelReadingTest, AColumnThatTheFirstRowAloneGivesHasAValueForEveryLoo
                    (point == 0 ? "1.5" : "") + ",\n");
   }
   PutBlock(rows);
-  Convert(folder_, folder_ / "large.h5");
+  files::Convert(folder_, folder_ / "large.h5");
   for (const std::filesystem::path& from : {folder_, folder_ / "large.h5"}) {
-    const Block block = ReadBlock(from).block;
+    const Block block = files::ReadBlock(from).block;
     ASSERT_EQ(block.looks.cone.size(), kManyPoints);
     EXPECT_GT(block.looks.cone.front(), 0.0);
     EXPECT_EQ(std::count(block.looks.cone.begin(), block.looks.cone.end(), 0.0),
@@ -222,9 +222,9 @@ TEST_F(ParallelReadingTest, IdsInNoOrderComeBackWithTheSameBytes) {  // round tr
   }
   PutBlock(rows);
   for (const Compression compression : {Compression::kNone, Compression::kGzip}) {
-    Convert(folder_, folder_ / "large.h5", compression);
-    Convert(folder_ / "large.h5", folder_ / "copied.h5");
-    Convert(folder_ / "copied.h5", folder_ / "back");
+    files::Convert(folder_, folder_ / "large.h5", compression);
+    files::Convert(folder_ / "large.h5", folder_ / "copied.h5");
+    files::Convert(folder_ / "copied.h5", folder_ / "back");
     EXPECT_TRUE(Content(folder_ / "back" / "observations.csv") == TableOfRows(rows));
     for (const char* name : {"large.h5", "copied.h5", "back"}) {
       std::filesystem::remove_all(folder_ / name);
@@ -238,18 +238,18 @@ TEST_F(ParallelReadingTest, TheFirstBadRowOfAFileIsNamedWhateverComesBehindIt) {
   rows[40000] = "A3,EARLY,3.5,9001.25,,\n";  // another part
   PutBlock(rows);
   const std::filesystem::path file = folder_ / "large.h5";
-  Convert(folder_, file);
+  files::Convert(folder_, file);
   for (const int threads : {1, 2, 8}) {
     const ThreadLimit limit(threads);
-    EXPECT_THAT(test::MessageOf<InputError>([&] { return ReadBlock(file); }),
+    EXPECT_THAT(test::MessageOf<InputError>([&] { return files::ReadBlock(file); }),
                 HasSubstr("large.h5: /observations/pass[40000]: block.toml has no pass 'A3'"));
   }
   rows[40000] = "A1,EARLY,3.5,9001.25,,\n";
   PutBlock(rows);
   std::filesystem::remove(file);
-  Convert(folder_, file);
+  files::Convert(folder_, file);
   EXPECT_THAT(
-      test::MessageOf<InputError>([&] { return ReadBlock(file); }),
+      test::MessageOf<InputError>([&] { return files::ReadBlock(file); }),
       HasSubstr("large.h5: /observations/range_m[55001]: must be a number above 0, got -2"));
 }
 
@@ -260,8 +260,9 @@ TEST_F(ParallelReadingTest, TheFirstBadRowIsNamedByConvert) {
   PutBlock(rows);
   for (const int threads : {1, 2, 8}) {
     const ThreadLimit limit(threads);
-    EXPECT_THAT(test::MessageOf<InputError>([&] { return Convert(folder_, folder_ / "a.h5"); }),
-                HasSubstr("observations.csv:40002: pass: is empty, a name is needed"));
+    EXPECT_THAT(
+        test::MessageOf<InputError>([&] { return files::Convert(folder_, folder_ / "a.h5"); }),
+        HasSubstr("observations.csv:40002: pass: is empty, a name is needed"));
     EXPECT_FALSE(std::filesystem::exists(folder_ / "a.h5"));
   }
 }
@@ -290,11 +291,11 @@ std::string TableOfPoints(const std::vector<std::string>& rows) {
 TEST_F(ParallelReadingTest, PointsAreReadInTheirOrderByEveryThreadCount) {
   PutBlock(LargeRows());
   Put("points.csv", TableOfPoints(PointRows()));
-  Convert(folder_, folder_ / "large.h5");
+  files::Convert(folder_, folder_ / "large.h5");
   for (const std::filesystem::path& from : {folder_, folder_ / "large.h5"}) {
     for (const int threads : {1, 2, 8}) {
       const ThreadLimit limit(threads);
-      const BlockFile read = ReadBlock(from);
+      const files::BlockFile read = files::ReadBlock(from);
       const Points& points = read.block.points;
       ASSERT_EQ(points.size(), kManyPoints);
       ASSERT_EQ(points.known.size(), 45U);
@@ -337,12 +338,13 @@ TEST_F(ParallelReadingTest, TheFirstBadPointIsNamedWhateverComesBehindIt) {
     rows[30011] = row;
     PutBlock(LargeRows());
     Put("points.csv", TableOfPoints(rows));
-    Convert(folder_, folder_ / "large.h5");
+    files::Convert(folder_, folder_ / "large.h5");
     for (const int threads : {1, 2, 8}) {
       const ThreadLimit limit(threads);
       EXPECT_THAT(Refusal(threads), HasSubstr(of_text));
-      EXPECT_THAT(test::MessageOf<InputError>([&] { return ReadBlock(folder_ / "large.h5"); }),
-                  HasSubstr(of_file));
+      EXPECT_THAT(
+          test::MessageOf<InputError>([&] { return files::ReadBlock(folder_ / "large.h5"); }),
+          HasSubstr(of_file));
     }
     std::filesystem::remove(folder_ / "large.h5");
   }

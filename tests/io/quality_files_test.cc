@@ -37,7 +37,8 @@ constexpr float kNoFigure = std::numeric_limits<float>::quiet_NaN();
 class QualityFilesTest : public test::FolderTest {
  protected:
   QualityFilesTest()
-      : block_(ReadBlockTexts({kQualityToml, kQualityPaths, kQualityLooks, kQualityPoints}).block) {
+      : block_(files::ReadBlockTexts({kQualityToml, kQualityPaths, kQualityLooks, kQualityPoints})
+                   .block) {
     result_.status = AdjustStatus::kConverged;
     result_.points.status = {PointStatus::kAdjusted, PointStatus::kTooFewLooks};
     result_.points.reason = {"", "one look"};
@@ -71,7 +72,7 @@ class QualityFilesTest : public test::FolderTest {
   std::string Summary() {
     result_.assessment = {};
     Assess(block_, options_, &result_);
-    return SummaryJson(block_, options_, result_, {});
+    return files::SummaryJson(block_, options_, result_, {});
   }
   std::vector<std::string> Row(const std::string& table,
                                std::size_t row,
@@ -88,7 +89,7 @@ class QualityFilesTest : public test::FolderTest {
 };
 
 TEST_F(QualityFilesTest, ResidualsHaveTheFiguresOfTheirLook) {  // hand values
-  WriteResult(folder_ / "result", block_, options_, result_, {});
+  files::WriteResult(folder_ / "result", block_, options_, result_, {});
   EXPECT_THAT(Row("residuals.csv",
                   0,
                   {{"range_redundancy"},
@@ -124,7 +125,7 @@ TEST_F(QualityFilesTest, DetectableBlundersTakeTheStandardDeviationsEstimated) {
   azimuth.component = 1;
   azimuth.factor = 9.0;
   result_.variance_components = VarianceComponentReport{{range, azimuth}, {}, 1, true};
-  WriteResult(folder_ / "result", block_, options_, result_, {});
+  files::WriteResult(folder_ / "result", block_, options_, result_, {});
   const std::vector<std::string> sizes =
       Row("residuals.csv",
           1,
@@ -138,7 +139,7 @@ TEST_F(QualityFilesTest, DetectableBlundersTakeTheStandardDeviationsEstimated) {
 }
 
 TEST_F(QualityFilesTest, ControlHasATableOfItsOwn) {
-  WriteResult(folder_ / "result", block_, options_, result_, {});
+  files::WriteResult(folder_ / "result", block_, options_, result_, {});
   EXPECT_THAT(Row("control_quality.csv",
                   0,
                   {{"point"}, {"component"}, {"residual_m"}, {"redundancy"}, {"w"}, {"tau"}}),
@@ -148,7 +149,7 @@ TEST_F(QualityFilesTest, ControlHasATableOfItsOwn) {
   EXPECT_NEAR(std::stod(sizes[0]), 2.0 * 0.5 * 4.1321, 2e-4);
   EXPECT_NEAR(std::stod(sizes[1]), 2.0 * 0.25 * 4.1321, 2e-4);
   result_.control_quality.clear();
-  WriteResult(folder_ / "result", block_, options_, result_, {});
+  files::WriteResult(folder_ / "result", block_, options_, result_, {});
   EXPECT_FALSE(std::filesystem::exists(folder_ / "result/control_quality.csv"));
 }
 
@@ -189,18 +190,18 @@ TEST_F(QualityFilesTest, CheckPointsJudgeThePredictedAccuracy) {  // hand values
 
 TEST_F(QualityFilesTest, ATableOfRejectionsLeavesLooksOut) {
   Put("out.csv", "point,reason,pass,rejected\nP,blunder,B,1\nQ,,A,0\n");
-  EXPECT_EQ(ApplyRejections(folder_, "out.csv", &block_), 1U);
+  EXPECT_EQ(files::ApplyRejections(folder_, "out.csv", &block_), 1U);
   EXPECT_FALSE(block_.looks.rejected(0));
   EXPECT_TRUE(block_.looks.rejected(1));
   EXPECT_FALSE(block_.looks.rejected(2));
-  EXPECT_EQ(ApplyRejections(folder_, "out.csv", &block_), 0U);  // it was out already
+  EXPECT_EQ(files::ApplyRejections(folder_, "out.csv", &block_), 0U);  // it was out already
 }
 
 TEST_F(QualityFilesTest, RejectionsOfNoSuchLookAreRefused) {
   const auto message = [&](std::string_view text) {
     Put("out.csv", text);
     try {
-      static_cast<void>(ApplyRejections(folder_, "out.csv", &block_));
+      static_cast<void>(files::ApplyRejections(folder_, "out.csv", &block_));
     } catch (const InputError& error) {
       return std::string(error.what());
     }

@@ -63,8 +63,8 @@ TEST_F(RecordedBlockTest, PathsOfABlockInMemoryAreThoseOfItsFiles) {
   for (const PathThrough through : {PathThrough::kSmooth, PathThrough::kAuto}) {
     Block block = RecordedStrips(1.0, 0.02, 0.005, through);
     for (Pass& pass : block.passes) pass.recorded.asked.sigma = {0.02, 0.005};
-    WriteBlock(folder_ / NameOf(through), block, AdjustOptions{});
-    const BlockFile read = ReadBlock(folder_ / NameOf(through));
+    files::WriteBlock(folder_ / NameOf(through), block, AdjustOptions{});
+    const files::BlockFile read = files::ReadBlock(folder_ / NameOf(through));
     const auto numbers = [](const std::vector<StateVector>& states) {
       std::vector<double> out;
       for (const StateVector& s : states) {
@@ -306,7 +306,8 @@ constexpr const char* kTwoLooks =
     "pass,point,time_s,range_m\nA1,P1,0.5,9001.25\nA2,P1,0.75,7011.5\n";
 
 TEST_F(RecordedBlockTest, KeysOfAPassOverrideThoseOfTheBlockAndAreWrittenBack) {
-  const BlockFile read = ReadBlockTexts({kRecordedToml, kRecordedStates, kTwoLooks, std::nullopt});
+  const files::BlockFile read =
+      files::ReadBlockTexts({kRecordedToml, kRecordedStates, kTwoLooks, std::nullopt});
   const auto expect_keys = [](const Block& block) {
     const RecordedFlight& a = block.passes[0].recorded;
     EXPECT_EQ(a.asked.through, PathThrough::kSmooth);
@@ -322,8 +323,8 @@ TEST_F(RecordedBlockTest, KeysOfAPassOverrideThoseOfTheBlockAndAreWrittenBack) {
     EXPECT_EQ(a.states[1].velocity_mps, Eigen::Vector3d(100.0, 0.2, 0.0));
   };
   expect_keys(read.block);
-  WriteBlock(folder_ / "again", read.block, read.adjust);
-  const BlockFile again = ReadBlock(folder_ / "again");
+  files::WriteBlock(folder_ / "again", read.block, read.adjust);
+  const files::BlockFile again = files::ReadBlock(folder_ / "again");
   expect_keys(again.block);
   for (std::size_t i = 0; i < 2; ++i) {
     const FlightPath &a = read.block.passes[i].path, &b = again.block.passes[i].path;
@@ -341,7 +342,7 @@ TEST_F(RecordedBlockTest, StatesOfWhichNoPathCanBeMadeAreRefusedByNameOnlyWhereI
     std::string toml = kRecordedToml;
     toml.replace(toml.find("\"smooth\""), 8, '"' + through + '"');
     return test::MessageOf<InputError>([&] {
-      return ReadBlockTexts({toml, states, kTwoLooks, std::nullopt});
+      return files::ReadBlockTexts({toml, states, kTwoLooks, std::nullopt});
     });
   };
   EXPECT_EQ(message_with("states"), "");
@@ -350,10 +351,10 @@ TEST_F(RecordedBlockTest, StatesOfWhichNoPathCanBeMadeAreRefusedByNameOnlyWhereI
 }
 
 TEST_F(RecordedBlockTest, AnOverrideChangesTheWayOfPassesThatHaveNoneOfTheirOwn) {
-  ReadOptions options;
+  files::ReadOptions options;
   options.set_overrides = {"trajectory.through=auto"};
-  const BlockFile read =
-      ReadBlockTexts({kRecordedToml, kRecordedStates, kTwoLooks, std::nullopt}, options);
+  const files::BlockFile read =
+      files::ReadBlockTexts({kRecordedToml, kRecordedStates, kTwoLooks, std::nullopt}, options);
   EXPECT_EQ(read.block.passes[0].recorded.asked.through, PathThrough::kAuto);
   EXPECT_EQ(read.block.passes[1].recorded.asked.through, PathThrough::kPositions);
   EXPECT_THAT(read.block.passes[0].recorded.effect.why, HasSubstr("points along track"));
@@ -364,7 +365,7 @@ TEST_F(RecordedBlockTest, AnUnknownWayOrASigmaOfZeroIsRefusedWithItsLine) {
     std::string toml = kRecordedToml;
     toml.replace(toml.find(from), from.size(), to);
     return test::MessageOf<InputError>([&] {
-      return ReadBlockTexts({toml, kRecordedStates, kTwoLooks, std::nullopt});
+      return files::ReadBlockTexts({toml, kRecordedStates, kTwoLooks, std::nullopt});
     });
   };
   EXPECT_THAT(message_of("\"smooth\"", "\"smoth\""),

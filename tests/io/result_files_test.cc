@@ -30,7 +30,7 @@ using test::kToml;
 class ResultFilesTest : public test::ResultFolderTest {};
 
 TEST_F(ResultFilesTest, WritesEveryFileOfTheContract) {
-  WriteResult(folder_, block_, options_, result_, context_);
+  files::WriteResult(folder_, block_, options_, result_, context_);
   for (const char* name : {"summary.json",
                            "points.csv",
                            "passes.csv",
@@ -74,7 +74,7 @@ TEST_F(ResultFilesTest, ASelectionHasATableAndAPartOfTheSummary) {
                                         .gain = 1.5,
                                         .verdict = "taken"}};
   result_.parameters[0].kept = "pays";
-  WriteResult(folder_, block_, options_, result_, context_);
+  files::WriteResult(folder_, block_, options_, result_, context_);
   const std::vector<TableColumn> columns{{"candidate"},
                                          {"passes"},
                                          {"parameters"},
@@ -117,16 +117,16 @@ TEST_F(ResultFilesTest, ASelectionHasATableAndAPartOfTheSummary) {
                    {"verdict"}}),
               ElementsAre("flat-frame", "0.5", "4", "0.125", "0", "1", "taken"));
   EXPECT_THAT(Row("passes.csv", 0, {{"parameter"}, {"kept"}}), ElementsAre("range.bias", "pays"));
-  EXPECT_THAT(SummaryJson(block_, options_, result_, context_),
+  EXPECT_THAT(files::SummaryJson(block_, options_, result_, context_),
               testing::HasSubstr("\"rounds\": 2"));
   // An earlier selection leaves nothing behind.
   result_.selection = {};
-  WriteResult(folder_, block_, options_, result_, context_);
+  files::WriteResult(folder_, block_, options_, result_, context_);
   EXPECT_FALSE(std::filesystem::exists(folder_ / "selection.csv"));
 }
 
 TEST_F(ResultFilesTest, PointsHaveSigmasFromTheCovariance) {  // hand values
-  WriteResult(folder_, block_, options_, result_, context_);
+  files::WriteResult(folder_, block_, options_, result_, context_);
   EXPECT_THAT(Row("points.csv",
                   0,
                   {{"point"},
@@ -177,7 +177,7 @@ TEST_F(ResultFilesTest, PointsHaveSigmasFromTheCovariance) {  // hand values
 }
 
 TEST_F(ResultFilesTest, PointsNotSolvedHaveEmptyCellsAndAReason) {
-  WriteResult(folder_, block_, options_, result_, context_);
+  files::WriteResult(folder_, block_, options_, result_, context_);
   EXPECT_THAT(Row("points.csv",
                   1,
                   {{"point"},
@@ -193,7 +193,7 @@ TEST_F(ResultFilesTest, PointsNotSolvedHaveEmptyCellsAndAReason) {
 }
 
 TEST_F(ResultFilesTest, ParametersHaveSignificance) {
-  WriteResult(folder_, block_, options_, result_, context_);
+  files::WriteResult(folder_, block_, options_, result_, context_);
   EXPECT_EQ(
       Content(folder_ / "passes.csv"),
       "pass,parameter,unit,value,sigma,prior_sigma,significance,kept,prior_redundancy,prior_w\n"
@@ -207,7 +207,7 @@ TEST_F(ResultFilesTest, ParametersHaveSignificance) {
 TEST_F(ResultFilesTest, ThePosteriorFactorScalesEveryCovarianceAndNoPrior) {  // sigma0 = 2
   options_.scale_by_posterior = true;
   ScaleByPosterior(options_, &result_);
-  WriteResult(folder_, block_, options_, result_, context_);
+  files::WriteResult(folder_, block_, options_, result_, context_);
   EXPECT_THAT(Row("points.csv", 0, {{"sigma_e_m"}, {"cov_en_m2"}, {"chi_square_3"}}),
               ElementsAre("6", "6", "3.75"));
   EXPECT_THAT(Row("passes.csv", 0, {{"sigma"}, {"prior_sigma"}, {"significance"}}),
@@ -230,7 +230,7 @@ TEST_F(ResultFilesTest, The1979PredictionStandsInPointsAndPairsAndIsNeverScaled)
   points.leberl_across_azimuth_rad = {0.375, kNaN};
   result_.pairs[0].sigma_leberl_across_m = 6.5;
   result_.pairs[0].sigma_leberl_path_up_m = 7.5;
-  WriteResult(folder_, block_, options_, result_, context_);
+  files::WriteResult(folder_, block_, options_, result_, context_);
   const std::vector<TableColumn> columns{{"sigma_leberl_across_m"},
                                          {"sigma_leberl_up_m"},
                                          {"sigma_leberl_path_across_m"},
@@ -245,7 +245,7 @@ TEST_F(ResultFilesTest, The1979PredictionStandsInPointsAndPairsAndIsNeverScaled)
 }
 
 TEST_F(ResultFilesTest, ResidualsStandByLook) {
-  WriteResult(folder_, block_, options_, result_, context_);
+  files::WriteResult(folder_, block_, options_, result_, context_);
   const std::vector<TableColumn> columns{{"pass"},
                                          {"point"},
                                          {"range_residual_m"},
@@ -266,15 +266,15 @@ TEST_F(ResultFilesTest, TrajectoriesCanBeUsedAsInput) {  // round trip
     for (StateVector& state : states) state.position_m.z() += 1.0 / 3.0;
     result_.corrected_paths.emplace_back(std::move(states));
   }
-  WriteResult(folder_, block_, options_, result_, context_);
+  files::WriteResult(folder_, block_, options_, result_, context_);
   const std::string paths = Content(folder_ / "trajectories.csv");
   // Pass A has a range bias that no state can hold: the block has to ask for one.
   EXPECT_THAT(test::MessageOf<InputError>([&] {
-                static_cast<void>(ReadBlockTexts({kToml, paths, kLooks, kPoints}));
+                static_cast<void>(files::ReadBlockTexts({kToml, paths, kLooks, kPoints}));
               }),
               testing::HasSubstr("states of pass 'A' also corrected range.bias"));
   const std::string asking = std::string(kToml) + "[adjust.correction.range]\nbias = true\n";
-  const Block again = ReadBlockTexts({asking, paths, kLooks, kPoints}).block;
+  const Block again = files::ReadBlockTexts({asking, paths, kLooks, kPoints}).block;
   EXPECT_EQ(again.passes[1].path.states()[1].position_m,
             Eigen::Vector3d(7000000, 300000, 9000.0 + 1.0 / 3.0));
 }
@@ -284,7 +284,7 @@ TEST_F(ResultFilesTest, AdjustedPathsNameTheCorrectionsOfTheirPassAlone) {
   const std::string second = block_.passes[1].id;
   options_.groups.push_back({"radar", TimeCorrection{}, {second}, true});
   result_.parameters.push_back({"radar", "time.bias", "s", 1e-3, 1e-4, 1e-2});
-  WriteResult(folder_, block_, options_, result_, context_);
+  files::WriteResult(folder_, block_, options_, result_, context_);
   std::istringstream rows(Content(folder_ / "trajectories.csv"));
   std::string row;
   std::getline(rows, row);
@@ -299,7 +299,7 @@ TEST_F(ResultFilesTest, AdjustedPathsNameTheCorrectionsOfTheirPassAlone) {
 }
 
 TEST_F(ResultFilesTest, TheSummaryHasTheKeysOfTheContract) {
-  const std::string text = WriteResult(folder_, block_, options_, result_, context_);
+  const std::string text = files::WriteResult(folder_, block_, options_, result_, context_);
   EXPECT_EQ(text, Content(folder_ / "summary.json"));
   const json summary = json::parse(text);
   for (const char* key : {"format",
@@ -355,7 +355,7 @@ TEST_F(ResultFilesTest, TheSummaryHasTheKeysOfTheContract) {
 }
 
 TEST_F(ResultFilesTest, EllipsesAreDrawnInTrueSize) {  // closed form: area of the 36-gon
-  WriteResult(folder_, block_, options_, result_, context_);
+  files::WriteResult(folder_, block_, options_, result_, context_);
   const json geo = json::parse(Content(folder_ / "points.geojson"));
   EXPECT_EQ(geo["type"], "FeatureCollection");
   ASSERT_EQ(geo["features"].size(), 2u);  // the point that is not solved has none
@@ -391,7 +391,8 @@ TEST_F(ResultFilesTest, EllipsesAreDrawnInTrueSize) {  // closed form: area of t
 
 TEST_F(ResultFilesTest, ManyPointsHaveNumbersButNoPolygons) {
   context_.ellipse_limit = 1;
-  const json summary = json::parse(WriteResult(folder_, block_, options_, result_, context_));
+  const json summary =
+      json::parse(files::WriteResult(folder_, block_, options_, result_, context_));
   const json geo = json::parse(Content(folder_ / "points.geojson"));
   EXPECT_EQ(geo["features"].size(), 1u);
   EXPECT_NEAR(geo["features"][0]["properties"]["ellipse_major_m"].get<double>(),
@@ -407,7 +408,7 @@ TEST_F(ResultFilesTest, AResultWithoutCovarianceOrResidualsIsWrittenToo) {
   bare.points.looks = {0, 0};
   bare.points.position_m.assign(2, Eigen::Vector3d::Constant(kNaN));
   options_.pairs = PairChoice::kNone;
-  const json summary = json::parse(WriteResult(folder_, block_, options_, bare, context_));
+  const json summary = json::parse(files::WriteResult(folder_, block_, options_, bare, context_));
   EXPECT_EQ(summary["status"], "predicted");
   EXPECT_TRUE(summary["chi_square"].is_null());
   EXPECT_FALSE(std::filesystem::exists(folder_ / "pairs.csv"));

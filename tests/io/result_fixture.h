@@ -30,7 +30,7 @@ inline constexpr std::string_view kPoints =
 /// A block of two points and a result filled by hand, with a folder to write it to.
 class ResultFolderTest : public FolderTest {
  protected:
-  ResultFolderTest() : block_(ReadBlockTexts({kToml, kPaths, kLooks, kPoints}).block) {
+  ResultFolderTest() : block_(files::ReadBlockTexts({kToml, kPaths, kLooks, kPoints}).block) {
     options_.test_level = 0.975;
     options_.pairs = PairChoice::kAll;
     result_.status = AdjustStatus::kConverged;
@@ -82,7 +82,7 @@ class ResultFolderTest : public FolderTest {
   Block block_;
   AdjustOptions options_;
   AdjustResult result_;
-  ResultContext context_;
+  files::ResultContext context_;
 };
 
 }  // namespace sarblock::test

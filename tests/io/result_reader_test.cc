@@ -71,7 +71,7 @@ class ResultReaderTest : public test::ResultFolderTest {
     context_.inputs = {{"block.toml", 120, "00ff"}};
     for (const Pass& pass : block_.passes) result_.corrected_paths.push_back(pass.path);
   }
-  void Write() const { WriteResult(folder_, block_, options_, result_, context_); }
+  void Write() const { files::WriteResult(folder_, block_, options_, result_, context_); }
   // A summary that lists no checksums of tables, as those of programs before them.
   static std::string WithoutTables(std::string text) {
     const std::size_t begin = text.find(",\n  \"tables\": ["), end = text.find(']', begin);
@@ -86,7 +86,7 @@ class ResultReaderTest : public test::ResultFolderTest {
     if (at == std::string::npos) return "";
     Put(name, text.replace(at, from.size(), to));
     Put("summary.json", WithoutTables(Content(folder_ / "summary.json")));
-    return test::MessageOf<InputError>([this] { return ReadResult(folder_); });
+    return test::MessageOf<InputError>([this] { return files::ReadResult(folder_); });
   }
 };
 
@@ -95,8 +95,8 @@ class ResultReaderTest : public test::ResultFolderTest {
 TEST_F(ResultReaderTest, WhatWasWrittenIsReadBack) {
   context_.compression = Compression::kGzip;
   Write();
-  const ResultFile read = ReadResult(folder_);
-  const ResultSummary& summary = read.summary;
+  const files::ResultFile read = files::ReadResult(folder_);
+  const files::ResultSummary& summary = read.summary;
   EXPECT_EQ(summary.command, "adjust");
   EXPECT_EQ(summary.block, "tiny");
   EXPECT_EQ(summary.status, "converged");
@@ -143,7 +143,7 @@ TEST_F(ResultReaderTest, WhatWasWrittenIsReadBack) {
   EXPECT_EQ(read.passes[0].wavelength_m, 0.03125);
   EXPECT_TRUE(std::isnan(read.passes[1].wavelength_m));
 
-  const ResultPoints& points = read.points;
+  const files::ResultPoints& points = read.points;
   EXPECT_EQ(points.ids[1], "Q,1");
   EXPECT_EQ(points.role[0], PointRole::kCheck);
   EXPECT_EQ(points.results.status, result_.points.status);
@@ -236,7 +236,7 @@ TEST_F(ResultReaderTest, TheQualityOfALookIsReadByComponent) {
     result_.quality.shift_m[k] = {3.0f, NAN, 4.0f};
   }
   Write();
-  const ResultLooks looks = ReadResult(folder_).looks;
+  const files::ResultLooks looks = files::ReadResult(folder_).looks;
   for (std::size_t k = 0; k < 2; ++k) {
     EXPECT_EQ(looks.redundancy[k][0], result_.quality.redundancy[k][0]);
     EXPECT_EQ(looks.w[k][0], result_.quality.w[k][0]);
@@ -255,8 +255,8 @@ TEST_F(ResultReaderTest, AResultWithoutFiguresHasEmptyColumns) {
   bare.points.looks = {0, 0};
   bare.points.position_m.assign(2, Eigen::Vector3d::Constant(kNotGiven));
   options_.pairs = PairChoice::kNone;
-  WriteResult(folder_, block_, options_, bare, context_);
-  const ResultFile read = ReadResult(folder_);
+  files::WriteResult(folder_, block_, options_, bare, context_);
+  const files::ResultFile read = files::ReadResult(folder_);
   EXPECT_FALSE(read.summary.chi_square.has_value());
   EXPECT_TRUE(std::isnan(read.summary.sigma0_squared));
   EXPECT_THAT(read.points.results.covariance_m2, IsEmpty());
@@ -269,7 +269,8 @@ TEST_F(ResultReaderTest, AResultWithoutFiguresHasEmptyColumns) {
 TEST_F(ResultReaderTest, TablesNotAskedForAreLeftOut) {
   Write();
   std::filesystem::remove(folder_ / "residuals.csv");
-  const ResultFile read = ReadResult(folder_, {.looks = false, .pairs = false, .paths = false});
+  const files::ResultFile read =
+      files::ReadResult(folder_, {.looks = false, .pairs = false, .paths = false});
   EXPECT_EQ(read.looks.size(), 0u);
   EXPECT_THAT(read.pairs, IsEmpty());
   EXPECT_THAT(read.passes[0].path.states(), IsEmpty());
@@ -279,7 +280,7 @@ TEST_F(ResultReaderTest, TablesNotAskedForAreLeftOut) {
 TEST_F(ResultReaderTest, ALocalFrameIsReadAsOne) {
   block_.frame = Frame::Local();
   Write();
-  EXPECT_EQ(ReadResult(folder_).frame.kind(), FrameKind::kLocal);
+  EXPECT_EQ(files::ReadResult(folder_).frame.kind(), FrameKind::kLocal);
 }
 
 TEST_F(ResultReaderTest, FaultsAreNamedWithFileLineAndField) {
@@ -326,12 +327,12 @@ TEST_F(ResultReaderTest, FaultsAreNamedWithFileLineAndField) {
   }
   Write();
   std::filesystem::remove(folder_ / "points.csv");
-  EXPECT_THAT(test::MessageOf<InputError>([this] { return ReadResult(folder_); }),
+  EXPECT_THAT(test::MessageOf<InputError>([this] { return files::ReadResult(folder_); }),
               HasSubstr("points.csv: is missing (also as .csv.gz), summary.json lists this table"));
   Put("summary.json", WithoutTables(Content(folder_ / "summary.json")));
-  EXPECT_THAT(test::MessageOf<InputError>([this] { return ReadResult(folder_); }),
+  EXPECT_THAT(test::MessageOf<InputError>([this] { return files::ReadResult(folder_); }),
               HasSubstr("points.csv: is missing, every result has this table"));
-  EXPECT_THAT(test::MessageOf<InputError>([this] { return ReadResult(folder_ / "none"); }),
+  EXPECT_THAT(test::MessageOf<InputError>([this] { return files::ReadResult(folder_ / "none"); }),
               HasSubstr("none: does not exist; a result is a folder with summary.json"));
 }
 

@@ -18,7 +18,7 @@ using nlohmann::json;
 class ResultRealismTest : public test::FolderTest {
  protected:
   ResultRealismTest()
-      : block_(ReadBlockTexts(
+      : block_(files::ReadBlockTexts(
                    {"format = \"sarblock-block 1\"\nname = \"tiny\"\n[frame]\nkind = \"local\"\n"
                     "[sigma]\nrange_m = 1.5\nazimuth_m = 2.5\n"
                     "[[pass]]\nid = \"A\"\nlook = \"left\"\n[[pass]]\nid = \"B\"\nlook = "
@@ -44,18 +44,18 @@ class ResultRealismTest : public test::FolderTest {
     result_.chi_square_passed = true;
   }
   [[nodiscard]] json Summary() const {
-    return json::parse(SummaryJson(block_, options_, result_, context_));
+    return json::parse(files::SummaryJson(block_, options_, result_, context_));
   }
 
   Block block_;
   AdjustOptions options_;
   AdjustResult result_;
-  ResultContext context_;
+  files::ResultContext context_;
 };
 
 TEST_F(ResultRealismTest, WithoutThemThereAreNoSections) {
   Put("montecarlo.csv", "of an earlier run\n");
-  WriteResult(folder_, block_, options_, result_, context_);
+  files::WriteResult(folder_, block_, options_, result_, context_);
   EXPECT_FALSE(Summary().contains("variance_components"));
   EXPECT_FALSE(Summary().contains("montecarlo"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "montecarlo.csv"));
@@ -120,7 +120,7 @@ TEST_F(ResultRealismTest, MonteCarloHasASectionAndATable) {  // hand values
   report.coverage[1] = {0.9, 0.875, 0.05};
   report.sentence = "plain";
   result_.montecarlo = report;
-  WriteResult(folder_, block_, options_, result_, context_);
+  files::WriteResult(folder_, block_, options_, result_, context_);
   EXPECT_EQ(Content(folder_ / "montecarlo.csv"),
             "point,sample_sigma_e_m,sample_sigma_n_m,sample_sigma_u_m,sigma_e_m,sigma_n_m,"
             "sigma_u_m,ratio_e,ratio_n,ratio_u,normalised_square,coverage_50,coverage_90,"

@@ -20,7 +20,7 @@ class ResultStripsTest : public test::FolderTest {};
 /// One straight pass along +x, 1200 m high, looking left; looks at ranges 1300 and 2000 m of points
 /// on the plane z = 0: 500 and 1600 m beside the track.
 Block StraightBlock() {
-  return ReadBlockTexts(
+  return files::ReadBlockTexts(
              {"format = \"sarblock-block 1\"\nname = \"straight\"\n[frame]\nkind = \"local\"\n"
               "[sigma]\nrange_m = 1.5\nazimuth_m = 2.5\n"
               "[[pass]]\nid = \"A\"\nlook = \"left\"\nstart_s = 10\nend_s = 30\n",
@@ -66,7 +66,7 @@ TEST_F(ResultStripsTest, CorrectionsHaveTheBandOfTheirCovariance) {  // hand val
                        {"A", "position.up.1", "m", -0.5, 1.5}};
   result.parameter_covariance = {{0, 0, 4.0}, {0, 1, -1.0}, {1, 1, 2.25}};
   result.strips = SampleStrips(block, options.groups, result);
-  WriteResult(folder_, block, options, result, {});
+  files::WriteResult(folder_, block, options, result, {});
   const std::vector<TableColumn> columns{{"strip_time"},
                                          {"correction_up_m"},
                                          {"sigma_up_m"},
@@ -110,9 +110,9 @@ TEST(FixedPathCovarianceTest, IsThatOfABlockWhosePathsAreKnown) {  // two routes
 }
 
 TEST_F(ResultStripsTest, ChecksumsAreThoseOfTheStandard) {  // FIPS 180-4, appendix B.1
-  EXPECT_EQ(Sha256OfFile(Put("abc", "abc")),
+  EXPECT_EQ(files::Sha256OfFile(Put("abc", "abc")),
             "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
-  EXPECT_EQ(Sha256OfFile(Put("empty", "")),
+  EXPECT_EQ(files::Sha256OfFile(Put("empty", "")),
             "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
 }
 
@@ -120,7 +120,7 @@ TEST_F(ResultStripsTest, InputsAreTheFilesOfTheBlockThatAreThere) {
   Put("block.toml", "abc");
   Put("observations.csv.gz", "abc");
   Put("truth.csv", "not read");
-  const std::vector<InputFile> files = ListInputFiles(folder_, {});
+  const std::vector<files::InputFile> files = files::ListInputFiles(folder_, {});
   ASSERT_EQ(files.size(), 2u);
   EXPECT_EQ(files[0].name, "block.toml");
   EXPECT_EQ(files[1].name, "observations.csv.gz");

@@ -78,16 +78,16 @@ TEST(AdjustedTimeScaleTest, ManyLooksDoNotShrinkTheBlock) {
   for (const std::string seed : {"1", "2", "3"}) {
     SCOPED_TRACE("seed " + seed);
     const Scene scene =
-        ReadScene(file,
-                  {"seed=" + seed,
-                   "points.count=1500",
-                   "control.count=4",
-                   "control.sigma_m=[1500,100,100]",
-                   "adjust.correction.position.sigma_m=[[10000,5000],[100,50],[100,50]]"});
+        files::ReadScene(file,
+                         {"seed=" + seed,
+                          "points.count=1500",
+                          "control.count=4",
+                          "control.sigma_m=[1500,100,100]",
+                          "adjust.correction.position.sigma_m=[[10000,5000],[100,50],[100,50]]"});
     const SimulatedBlock simulated = Simulate(scene);
     std::vector<std::string> ids;
     for (const Pass& pass : simulated.block.passes) ids.push_back(pass.id);
-    const AdjustOptions options = ReadAdjustTable(scene.adjust_toml, "strips", ids);
+    const AdjustOptions options = files::ReadAdjustTable(scene.adjust_toml, "strips", ids);
     const AdjustResult result = Adjust(simulated.block, options);
     ASSERT_TRUE(result.usable());
     EXPECT_LT(NormalisedSquare(simulated.block, simulated.truth, result), 5.0);

@@ -40,7 +40,7 @@ look = "left"
          "B,0,0,4000,6000,150,0,0\nB,40,6000,4000,6000,150,0,0\n";
   std::ofstream(folder / "observations.csv")
       << "pass,point,time_s,range_m\nA,P,10,10000\nB,P,10,7211.102550927978\n";
-  const sarblock::BlockFile file = sarblock::ReadBlock(folder.string(), {});
+  const sarblock::files::BlockFile file = sarblock::files::ReadBlock(folder.string(), {});
   sarblock::AdjustOptions options = file.adjust;
   options.priors.push_back(options.priors[0]);  // copied by this program, and given up again
   options.priors.pop_back();

@@ -184,12 +184,12 @@ TEST_F(SicdErrorsTest, SeveralImagesHaveEachItsOwnPrior) {
   options.corrections = CorrectionChoice::kGiven;
   options.groups = imported.corrections;
   options.priors = imported.priors;
-  const std::string dump = DumpAdjustTable(options);
-  const AdjustOptions again = ReadAdjustTable(dump, "block.toml", {"a", "b 1", "c"});
+  const std::string dump = files::DumpAdjustTable(options);
+  const AdjustOptions again = files::ReadAdjustTable(dump, "block.toml", {"a", "b 1", "c"});
   ASSERT_EQ(again.priors.size(), 2U);
   EXPECT_EQ(again.priors[0].covariance, imported.priors[0].covariance);
   EXPECT_NEAR(again.priors[1].covariance(0, 0), Expected(Given())(0, 0) + 3.0 * 1.21, 0.01);
-  EXPECT_EQ(DumpAdjustTable(again), dump);
+  EXPECT_EQ(files::DumpAdjustTable(again), dump);
 }
 
 }  // namespace

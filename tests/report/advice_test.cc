@@ -26,7 +26,7 @@ ResultFolder WeakNorth(double path_part, double east_m, double north_m, double a
                       .fixed_path_sigma_m = {0.5, control_m, 0.5},
                       .angle_deg = angle_deg});
   }
-  ResultFile file;
+  files::ResultFile file;
   for (const test::MadePoint& point : points) test::AddPoint(point, &file.points);
   file.passes.emplace_back().id = "A";
   for (const double part : {0.0, 0.5, 1.0}) {

@@ -108,7 +108,8 @@ TEST(HeadlineTest, AnIntersectionRepeatsTheVerdictOfItsResult) {
 
 TEST(HeadlineTest, CheckPointsThatAgreeAreNamedWithTheVerdict) {
   ResultFolder result = test::MadeResult();
-  result.file.summary.checks = ResultChecks{12, 36, 1.02, true, "the predicted accuracy holds"};
+  result.file.summary.checks =
+      files::ResultChecks{12, 36, 1.02, true, "the predicted accuracy holds"};
   EXPECT_THAT(Words(Judge(result)), HasSubstr("; 12 check points agree with the predicted"));
   result.file.summary.checks->realistic = false;
   EXPECT_THAT(Words(Judge(result)), Not(HasSubstr("check points")));

@@ -25,7 +25,7 @@ struct MadePoint {
   bool solved = true;
 };
 
-inline void AddPoint(const MadePoint& point, ResultPoints* out) {
+inline void AddPoint(const MadePoint& point, files::ResultPoints* out) {
   const auto squares = [](const std::array<double, 3>& s) {
     return SymmetricEnu{s[0] * s[0], s[1] * s[1], s[2] * s[2], 0.0, 0.0, 0.0};
   };
@@ -42,7 +42,7 @@ inline void AddPoint(const MadePoint& point, ResultPoints* out) {
 }
 
 inline ResultFolder MadeOf(const std::vector<MadePoint>& points) {
-  ResultFile file;
+  files::ResultFile file;
   for (const MadePoint& point : points) AddPoint(point, &file.points);
   return Arrange("made", std::move(file));
 }
@@ -51,7 +51,7 @@ inline ResultFolder MadeOf(const std::vector<MadePoint>& points) {
 /// flight paths with 75 percent of the variance of each height; the last five points are the
 /// weakest, with two looks at a smaller angle, outside the three control points.
 inline ResultFolder MadeResult() {
-  ResultFile out;
+  files::ResultFile out;
   out.summary.command = "adjust";
   out.summary.block = "made";
   out.summary.status = "converged";

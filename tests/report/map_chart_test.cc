@@ -133,7 +133,7 @@ TEST(GraticuleTest, ThreeToEightLinesOfEachKindCrossWhatTheMapShows) {
 /// Three stations of a squinted pass over 40 s: the line from near to far ground is turned by the
 /// squint, so that a place is looked at before the antenna is beside it.
 ResultFolder Squinted() {
-  ResultFile file;
+  files::ResultFile file;
   file.passes.emplace_back().id = "A";
   for (const double time_s : {0.0, 20.0, 40.0}) {
     StripStation station;
@@ -191,7 +191,7 @@ TEST(StripResidualsTest, ASlopeIsATrendAndScatterIsNone) {
 
 TEST(WorstLooksTest, HoldNoneWithARedundancyBelowAHundredth) {
   ResultFolder result = Squinted();
-  ResultFile file = result.file;
+  files::ResultFile file = result.file;
   file.looks.reason.assign(3, RejectReason::kNone);
   for (std::size_t k = 0; k < 2; ++k) {
     file.looks.w[k] = {9.0F, 2.0F, 1.0F};

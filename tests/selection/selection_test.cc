@@ -39,7 +39,8 @@ Scene StripsScene(double scale, const std::vector<std::string>& overrides = {}) 
                                "control.count=10",
                                "check.count=3"};
   all.insert(all.end(), overrides.begin(), overrides.end());
-  Scene scene = ReadScene(std::string(SARBLOCK_DATASETS) + "/scenes/block-12-strips.toml", all);
+  Scene scene =
+      files::ReadScene(std::string(SARBLOCK_DATASETS) + "/scenes/block-12-strips.toml", all);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     scene.navigation.constant_sigma_m[axis] *= scale;
     scene.navigation.drift_sigma_m[axis] *= scale;

@@ -254,8 +254,8 @@ TEST_F(RecordedFilesTest, BlocksAreReadAsTheirFilesAre) {  // two routes, to the
   scene.recorder->noise_mps = 0.02;
   scene.recorder->reading = {PathThrough::kSmooth, {0.03, 0.02}};
   const SimulatedBlock simulated = Simulate(scene);
-  WriteBlock(folder_ / "block", simulated.block, {}, &simulated.truth);
-  const Block read = ReadBlock(folder_ / "block").block;
+  files::WriteBlock(folder_ / "block", simulated.block, {}, &simulated.truth);
+  const Block read = files::ReadBlock(folder_ / "block").block;
   for (std::size_t pass = 0; pass < 2; ++pass) {
     const Pass& made = simulated.block.passes[pass];
     EXPECT_EQ(read.passes[pass].recorded.asked.through, PathThrough::kSmooth);

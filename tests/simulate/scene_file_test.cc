@@ -46,7 +46,7 @@ bias_sigma_m = 5.0
 
 std::string MessageOf(const std::string& text, const std::vector<std::string>& overrides = {}) {
   try {
-    (void)ParseScene(text, "two.toml", overrides);
+    (void)files::ParseScene(text, "two.toml", overrides);
   } catch (const InputError& error) {
     return error.what();
   }
@@ -59,7 +59,7 @@ std::string Replaced(const std::string& from, const std::string& to) {
 }
 
 TEST(SceneFileTest, ReadsEveryTable) {
-  const Scene scene = ParseScene(kText, "two.toml");
+  const Scene scene = files::ParseScene(kText, "two.toml");
   EXPECT_EQ(scene.name, "two");
   EXPECT_EQ(scene.seed, 5u);
   ASSERT_EQ(scene.flights.size(), 1u);
@@ -73,7 +73,7 @@ TEST(SceneFileTest, ReadsEveryTable) {
 }
 
 TEST(SceneFileTest, PassesTheAdjustTableOnAsText) {
-  const Scene scene = ParseScene(kText, "two.toml", {"adjust.robust=cauchy"});
+  const Scene scene = files::ParseScene(kText, "two.toml", {"adjust.robust=cauchy"});
   EXPECT_THAT(scene.adjust_toml, HasSubstr("[adjust]"));
   EXPECT_THAT(scene.adjust_toml, HasSubstr("[adjust.correction.range]"));
   EXPECT_THAT(scene.adjust_toml, HasSubstr("bias_sigma_m = 5.0"));
@@ -82,13 +82,13 @@ TEST(SceneFileTest, PassesTheAdjustTableOnAsText) {
 }
 
 TEST(SceneFileTest, TakesOverridesOfKeysNewKeysAndListElements) {
-  const Scene scene = ParseScene(kText,
-                                 "two.toml",
-                                 {"points.count=11",
-                                  "flight.0.height_m=8000.5",
-                                  "points.east_m.1=19000",
-                                  "terrain.kind=rolling",
-                                  "terrain.relief_m=40"});
+  const Scene scene = files::ParseScene(kText,
+                                        "two.toml",
+                                        {"points.count=11",
+                                         "flight.0.height_m=8000.5",
+                                         "points.east_m.1=19000",
+                                         "terrain.kind=rolling",
+                                         "terrain.relief_m=40"});
   EXPECT_EQ(scene.points.count, 11u);
   EXPECT_EQ(scene.flights[0].height_m, 8000.5);
   EXPECT_EQ(scene.points.east_m[1], 19000.0);
@@ -97,7 +97,7 @@ TEST(SceneFileTest, TakesOverridesOfKeysNewKeysAndListElements) {
 }
 
 TEST(SceneFileTest, CountsPointsFromADensity) {  // 19.0 km x 11.8 km x 0.5 = 112.1
-  const Scene scene = ParseScene(Replaced("count = 7", "density_per_km2 = 0.5"), "two.toml");
+  const Scene scene = files::ParseScene(Replaced("count = 7", "density_per_km2 = 0.5"), "two.toml");
   EXPECT_EQ(scene.points.count, 112u);
 }
 
@@ -147,7 +147,8 @@ TEST(SceneFileTest, RefusesBadChoicesAndContradictions) {
       MessageOf(Replaced("swath_look_deg = [31.5, 67]", "swath_range_m = [5, 4]")),
       HasSubstr("two.toml:10: flight.0.swath_range_m: must be near and far, 0 <= near < far, "
                 "got 5 and 4"));
-  EXPECT_EQ(MessageOf(Replaced("swath_look_deg = [31.5, 67]", "swath_slant_m = [4, 5]")), "accepted");
+  EXPECT_EQ(MessageOf(Replaced("swath_look_deg = [31.5, 67]", "swath_slant_m = [4, 5]")),
+            "accepted");
   EXPECT_THAT(MessageOf(Replaced("components = [\"u\"]", "components = [\"h\"]")),
               HasSubstr("control.components[0]: 'h' is not known, e, n or u is allowed"));
   EXPECT_THAT(MessageOf(kText, {"points.count"}), HasSubstr("KEY=VALUE"));
@@ -155,7 +156,7 @@ TEST(SceneFileTest, RefusesBadChoicesAndContradictions) {
 }
 
 TEST(SceneFileTest, ReadsWanderAndRecorder) {
-  const Scene scene = ParseScene(std::string(kText) + R"([wander]
+  const Scene scene = files::ParseScene(std::string(kText) + R"([wander]
 rms_m = [1, 2, 3]
 time_constant_s = [4, 5, 6]
 [recorder]
@@ -171,7 +172,7 @@ through = "smooth"
 sigma_m = 0.03
 sigma_mps = 0.04
 )",
-                                 "two.toml");
+                                        "two.toml");
   EXPECT_EQ(scene.trajectory_error.rms_m, (std::array{1.0, 2.0, 3.0}));
   EXPECT_EQ(scene.trajectory_error.time_constant_s, (std::array{4.0, 5.0, 6.0}));
   ASSERT_TRUE(scene.recorder.has_value());
@@ -186,7 +187,7 @@ sigma_mps = 0.04
   EXPECT_EQ(scene.recorder->reading.through, PathThrough::kSmooth);
   EXPECT_EQ(scene.recorder->reading.sigma.position_m, 0.03);
   EXPECT_EQ(scene.recorder->reading.sigma.velocity_mps, 0.04);
-  EXPECT_FALSE(ParseScene(kText, "two.toml").recorder.has_value());
+  EXPECT_FALSE(files::ParseScene(kText, "two.toml").recorder.has_value());
 }
 
 TEST(SceneFileTest, NamesTheLineOfAWrongRecorder) {
@@ -205,7 +206,7 @@ class WanderTableTest : public test::FolderTest {
   std::string Message(const std::string& table) const {
     Put("w.csv", table);
     try {
-      (void)ReadScene(Put("two.toml", std::string(kText) + "[wander]\ntable = \"w.csv\"\n"));
+      (void)files::ReadScene(Put("two.toml", std::string(kText) + "[wander]\ntable = \"w.csv\"\n"));
     } catch (const InputError& error) {
       return error.what();
     }
@@ -216,7 +217,7 @@ class WanderTableTest : public test::FolderTest {
 TEST_F(WanderTableTest, StandsInTheFolderOfTheScene) {
   Put("w.csv", "time_s,up_m,across_m,along_m\n-5,1,2,3\n40,4,5,6\n");
   const Scene scene =
-      ReadScene(Put("two.toml", std::string(kText) + "[wander]\ntable = \"w.csv\"\n"));
+      files::ReadScene(Put("two.toml", std::string(kText) + "[wander]\ntable = \"w.csv\"\n"));
   EXPECT_EQ(scene.trajectory_error.table_time_s, (std::vector{-5.0, 40.0}));
   EXPECT_EQ(scene.trajectory_error.table_m[1], Eigen::Vector3d(6.0, 5.0, 4.0));
 }
@@ -229,12 +230,12 @@ TEST_F(WanderTableTest, IsRefusedWhereItIsNoTableOfOffsets) {
   EXPECT_THAT(Message("time_s,along_m,across_m\n"), HasSubstr("up_m"));
   EXPECT_THAT(Message(head + "0,0,,0\n"), HasSubstr("w.csv:2: across_m"));
   std::filesystem::remove(folder_ / "w.csv");
-  EXPECT_THROW((void)ReadScene(folder_ / "two.toml"), InputError);
+  EXPECT_THROW((void)files::ReadScene(folder_ / "two.toml"), InputError);
 }
 
 TEST(SceneFileTest, RefusesAFileThatIsNotThere) {
-  EXPECT_THROW((void)ReadScene("no/such/scene.toml"), InputError);
-  EXPECT_THROW((void)ReadScene(SARBLOCK_DATASETS), InputError);  // a folder
+  EXPECT_THROW((void)files::ReadScene("no/such/scene.toml"), InputError);
+  EXPECT_THROW((void)files::ReadScene(SARBLOCK_DATASETS), InputError);  // a folder
 }
 
 }  // namespace

@@ -31,7 +31,7 @@ std::vector<std::string> SceneNames() {
 }
 
 Scene Shipped(const std::string& name, const std::vector<std::string>& overrides = {}) {
-  return ReadScene(std::string(SARBLOCK_DATASETS) + "/scenes/" + name + ".toml", overrides);
+  return files::ReadScene(std::string(SARBLOCK_DATASETS) + "/scenes/" + name + ".toml", overrides);
 }
 
 class ShippedSceneTest : public testing::TestWithParam<std::string> {};

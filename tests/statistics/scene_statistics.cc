@@ -101,7 +101,7 @@ double PairSquare(const SimulatedBlock& simulated, const AdjustResult& result) {
 }  // namespace
 
 Scene ShippedScene(const std::string& name, const std::vector<std::string>& overrides) {
-  return ReadScene(std::string(SARBLOCK_DATASETS) + "/scenes/" + name + ".toml", overrides);
+  return files::ReadScene(std::string(SARBLOCK_DATASETS) + "/scenes/" + name + ".toml", overrides);
 }
 
 std::vector<std::string> ShippedSceneNames() {
@@ -117,7 +117,7 @@ std::vector<std::string> ShippedSceneNames() {
 AdjustOptions OptionsOf(const Scene& scene, const Block& block) {
   std::vector<std::string> passes;
   for (const Pass& pass : block.passes) passes.push_back(pass.id);
-  AdjustOptions options = ReadAdjustTable(scene.adjust_toml, scene.name, passes);
+  AdjustOptions options = files::ReadAdjustTable(scene.adjust_toml, scene.name, passes);
   options.threads = 1;
   return options;
 }

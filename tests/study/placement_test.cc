@@ -30,13 +30,14 @@ struct Planned {
   Planned(const std::string& name, const Scene& scene) : simulated(Simulate(scene)) {
     std::vector<std::string> passes;
     for (const Pass& pass : simulated.block.passes) passes.push_back(pass.id);
-    options = ReadAdjustTable(scene.adjust_toml, name, passes);
+    options = files::ReadAdjustTable(scene.adjust_toml, name, passes);
     options.threads = AvailableCores();
     options.pairs = PairChoice::kNeighbours;
     Predict();
   }
   static Scene SceneOf(const std::string& name, const std::vector<std::string>& overrides) {
-    return ReadScene(std::string(SARBLOCK_DATASETS) + "/scenes/" + name + ".toml", overrides);
+    return files::ReadScene(std::string(SARBLOCK_DATASETS) + "/scenes/" + name + ".toml",
+                            overrides);
   }
   void Predict() {
     predicted = sarblock::Predict(simulated.block, options, simulated.truth.points_m);

@@ -32,14 +32,14 @@ SceneBlock SimulatedSceneBlock(const std::string& folder,
                                const std::string& name,
                                const std::vector<std::string>& sets) {
   const auto file = std::filesystem::path(SARBLOCK_DATASETS) / folder / (name + ".toml");
-  const Scene scene = ReadScene(file, sets);
+  const Scene scene = files::ReadScene(file, sets);
   SceneBlock made;
   SimulatedBlock simulated = Simulate(scene);
   made.block = std::move(simulated.block);
   made.truth = std::move(simulated.truth);
   std::vector<std::string> ids;
   for (const Pass& pass : made.block.passes) ids.push_back(pass.id);
-  made.options = ReadAdjustTable(scene.adjust_toml, name, ids);
+  made.options = files::ReadAdjustTable(scene.adjust_toml, name, ids);
   return made;
 }
 

@@ -17,7 +17,7 @@
 #include <utility>
 #include <vector>
 
-namespace sarblock {
+namespace sarblock::files {
 
 /// One key of the `[adjust]` table (docs/adjust_options.md is made of these).
 struct AdjustOption {
@@ -161,4 +161,4 @@ struct BlockArrays {
 /// which counts from 0: `observations.range_m[12]: must be a number above 0, got -5`.
 [[nodiscard]] BlockFile ReadBlockArrays(const BlockArrays& arrays, const ReadOptions& options = {});
 
-}  // namespace sarblock
+}  // namespace sarblock::files

@@ -18,7 +18,7 @@
 #include <utility>
 #include <vector>
 
-namespace sarblock {
+namespace sarblock::files {
 
 /// One file that a run has read.
 struct InputFile {
@@ -288,4 +288,4 @@ struct ResultTexts {
 [[nodiscard]] ResultFile ReadResultTexts(const ResultTexts& texts,
                                          const ReadResultOptions& options = {});
 
-}  // namespace sarblock
+}  // namespace sarblock::files

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-namespace sarblock {
+namespace sarblock::files {
 
 /// Reads a scene (docs/scenes.md). `overrides` are `KEY=VALUE` with a dotted key
 /// (`points.count=50`, `flight.0.height_m=9000`) and a TOML value; what is not a TOML value is
@@ -33,4 +33,4 @@ namespace sarblock {
 /// take.
 [[nodiscard]] std::vector<std::string> SceneKeys();
 
-}  // namespace sarblock
+}  // namespace sarblock::files
