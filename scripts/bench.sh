@@ -340,7 +340,7 @@ elif name == "solve":
 elif name == "many":
     print("passes,tie_points,program,user_s,peak_mib,rows_of_passes_covariance")
     for count, points, few in ((600, 0, 0), (600, 3, 0), (1000, 0, 0), (3000, 0, 0), (10000, 0, 0), (10000, 3, 0),
-                               (1000, 0, 200), (2000, 0, 200), (4000, 0, 200), (20000, 0, 200)):
+                               (1000, 0, 200), (2000, 0, 200), (4000, 0, 200), (20000, 0, 200), (100000, 0, 200)):
         folder = f"{work}/many{count}_{points}_{few}"
         subprocess.run([sys.executable, "tests/benchmarks/passes_of_one_point.py", str(count), str(points), folder,
                         str(few)], check=True)

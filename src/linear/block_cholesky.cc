@@ -292,6 +292,9 @@ void SolveFronts(const OwnFronts& own, const double* factor, MatrixXd* x) {
 namespace sarblock {
 namespace {
 
+/// Columns that are solved for at once: their memory.
+constexpr int kTermsAtOnce = 256;
+
 int Terms(const Eigen::MatrixXd& k) { return static_cast<int>(k.rows()); }
 
 }  // namespace
@@ -301,21 +304,22 @@ Eigen::VectorXd BorderedMatrix::Diagonal() const {
   for (int b = 0; b < sparse.block_count(); ++b) {
     out.segment(sparse.offset(b), sparse.size(b)) = sparse.Block(b, b).diagonal();
   }
-  return out - border.colwise().squaredNorm().transpose();
+  return out - border.ColumnSquares();
 }
 
 Eigen::MatrixXd BorderedMatrix::ToDense() const {
-  return sparse.ToDense() - border.transpose() * border;
+  const Eigen::MatrixXd t = border.ToDense();
+  return sparse.ToDense() - t.transpose() * t;
 }
 
 Eigen::VectorXd BorderedMatrix::Multiply(const Eigen::Ref<const Eigen::VectorXd>& x) const {
   Eigen::VectorXd out = sparse.Multiply(x);
-  if (border.rows() > 0) out -= border.transpose() * (border * x);
+  if (border.terms() > 0) border.AddTransposedTimes(-border.Times(x), out);
   return out;
 }
 
 BorderedMatrix BorderedMatrix::Scaled(const Eigen::VectorXd& d) const {
-  BorderedMatrix out(sparse, border * d.asDiagonal());
+  BorderedMatrix out(sparse, border.Scaled(d));
   ScaleBlocks(d, &out.sparse);
   return out;
 }
@@ -332,42 +336,79 @@ void ScaleBlocks(const Eigen::VectorXd& d, BlockSymmetricMatrix* matrix) {
 
 bool BorderedCholesky::Factorize(const BorderedMatrix& matrix) {
   if (!factor_.Factorize(matrix.sparse).positive_definite) return false;
-  z_ = matrix.border.transpose();
-  k_.setIdentity(z_.cols(), z_.cols());
-  if (z_.cols() == 0) return true;
-  factor_.Solve(z_);
-  k_ -= matrix.border * z_;
+  const Border& t = matrix.border;
+  z_ = Border(t.shared_pattern());
+  k_.setIdentity(t.terms(), t.terms());
+  if (t.terms() == 0) return true;
+  const int most = t.pattern().MaxTerms();
+  for (int first = 0; first < most; first += kTermsAtOnce) {
+    SolveTerms(t, first, std::min(kTermsAtOnce, most - first));
+  }
+  for (const BorderPattern::Group& group : t.pattern().groups()) {
+    const Eigen::MatrixXd product = t.Of(group) * z_.Of(group).transpose();
+    k_(group.terms, group.terms) -= product;
+  }
   return dense::Factor(Terms(k_), k_.data(), Terms(k_)) == 0;
 }
 
+/// Z of some terms of every group: A joins no two groups, so one column serves all of them.
+void BorderedCholesky::SolveTerms(const Border& t, int first, int count) {
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(t.columns(), count);
+  const auto terms_of = [&](const BorderPattern::Group& group) {
+    return std::clamp(static_cast<int>(group.terms.size()) - first, 0, count);
+  };
+  for (const BorderPattern::Group& group : t.pattern().groups()) {
+    const int terms = terms_of(group);
+    columns(group.columns, Eigen::seqN(0, terms)) =
+        t.Of(group).middleRows(first, terms).transpose();
+  }
+  factor_.Solve(columns);
+  for (const BorderPattern::Group& group : t.pattern().groups()) {
+    const int terms = terms_of(group);
+    z_.Of(group).middleRows(first, terms) =
+        columns(group.columns, Eigen::seqN(0, terms)).transpose();
+  }
+}
+
 void BorderedCholesky::Solve(Eigen::Ref<Eigen::MatrixXd> b) const {
-  if (z_.cols() == 0) {
+  if (z_.terms() == 0) {
     factor_.Solve(b);
     return;
   }
-  Eigen::MatrixXd of_border = z_.transpose() * b;
+  Eigen::MatrixXd of_border = z_.Times(b);
   const int columns = static_cast<int>(b.cols());
   dense::SolveLeft(Terms(k_), columns, k_.data(), Terms(k_), of_border.data(), Terms(k_));
   dense::SolveLeftTransposed(Terms(k_), columns, k_.data(), Terms(k_), of_border.data(), Terms(k_));
   factor_.Solve(b);
-  b += z_ * of_border;
+  z_.AddTransposedTimes(of_border, b);
 }
 
 BorderedInverse BorderedCholesky::SelectedInverse() const {
-  BorderedInverse out{factor_.SelectedInverse(), z_.transpose()};
-  if (z_.cols() == 0) return out;
-  const int rows = static_cast<int>(z_.rows());
-  // W = L^-1 Z', then S^-1 = A^-1 + W' W and T S^-1 = L'^-1 W.
-  dense::SolveLeft(Terms(k_), rows, k_.data(), Terms(k_), out.border.data(), Terms(k_));
+  BorderedInverse out{factor_.SelectedInverse(), Border(z_.shared_pattern())};
+  if (z_.terms() == 0) return out;
+  Eigen::MatrixXd k_inverse = k_;
+  dense::InvertFromFactor(Terms(k_), k_inverse.data(), Terms(k_));
+  k_inverse.triangularView<Eigen::StrictlyUpper>() = k_inverse.transpose();
+  for (const BorderPattern::Group& group : z_.pattern().groups()) {
+    out.border.Of(group).noalias() = k_inverse(group.terms, group.terms).eval() * z_.Of(group);
+  }
+  // S^-1 = A^-1 + Z (K^-1 Z'), where the blocks of A are: within a group.
   BlockSymmetricMatrix& blocks = out.blocks;
   for (int j = 0; j < blocks.block_count(); ++j) {
-    const auto of_column = out.border.middleCols(blocks.offset(j), blocks.size(j));
+    if (blocks.size(j) == 0) continue;
+    const int g = z_.pattern().GroupOf(blocks.offset(j));
+    if (g < 0) continue;
+    const BorderPattern::Group& group = z_.pattern().groups()[static_cast<std::size_t>(g)];
+    const auto of_column =
+        out.border.Of(group).middleCols(z_.pattern().PlaceOf(blocks.offset(j)), blocks.size(j));
     for (const int i : blocks.RowsOfColumn(j)) {
-      blocks.Block(i, j) +=
-          out.border.middleCols(blocks.offset(i), blocks.size(i)).transpose() * of_column;
+      if (blocks.size(i) == 0) continue;
+      blocks.Block(i, j) += z_.Of(group)
+                                .middleCols(z_.pattern().PlaceOf(blocks.offset(i)), blocks.size(i))
+                                .transpose() *
+                            of_column;
     }
   }
-  dense::SolveLeftTransposed(Terms(k_), rows, k_.data(), Terms(k_), out.border.data(), Terms(k_));
   return out;
 }
 

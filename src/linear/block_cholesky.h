@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "block_matrix.h"
+#include "border.h"
 #include "front_ranks.h"
 #include "fronts.h"
 #include "symbolic.h"
@@ -100,12 +101,13 @@ namespace sarblock {
 struct BorderedMatrix {
   BorderedMatrix() = default;
   BorderedMatrix(BlockSymmetricMatrix a)  // NOLINT(google-explicit-constructor): S = A
-      : sparse(std::move(a)), border(0, sparse.rows()) {}
-  BorderedMatrix(BlockSymmetricMatrix a, Eigen::MatrixXd t)
-      : sparse(std::move(a)), border(std::move(t)) {}
+      : sparse(std::move(a)), border(Eigen::MatrixXd(0, sparse.rows())) {}
+  BorderedMatrix(BlockSymmetricMatrix a, Border t) : sparse(std::move(a)), border(std::move(t)) {}
+  BorderedMatrix(BlockSymmetricMatrix a, const Eigen::MatrixXd& t)
+      : sparse(std::move(a)), border(t) {}
 
   BlockSymmetricMatrix sparse;  ///< A
-  Eigen::MatrixXd border;       ///< T, terms x rows()
+  Border border;                ///< T, terms x rows()
 
   [[nodiscard]] int rows() const { return sparse.rows(); }
   [[nodiscard]] Eigen::VectorXd Diagonal() const;
@@ -121,7 +123,7 @@ void ScaleBlocks(const Eigen::VectorXd& d, BlockSymmetricMatrix* matrix);
 /// Parts of the inverse of a BorderedMatrix.
 struct BorderedInverse {
   BlockSymmetricMatrix blocks;  ///< S^-1 on the pattern of A
-  Eigen::MatrixXd border;       ///< T S^-1, terms x rows
+  Border border;                ///< T S^-1 on the pattern of T
 };
 
 /// Factor of a BorderedMatrix: that of A, and that of what A leaves of the border (Golub and Van
@@ -130,7 +132,8 @@ struct BorderedInverse {
 ///
 ///     Z = A^-1 T',   K = I - T Z,   S^-1 = A^-1 + Z K^-1 Z',   T S^-1 = K^-1 Z'
 ///
-/// A is positive definite where S is. Costs a solution with as many columns as T has rows. Among
+/// A is positive definite where S is. Costs a solution with as many columns as a group of T has
+/// terms, since groups that A does not join are solved for side by side. Among
 /// ranks the factor of A is divided as BlockCholesky says; Z and K are on all of them.
 class BorderedCholesky {
  public:
@@ -154,8 +157,10 @@ class BorderedCholesky {
   [[nodiscard]] FactorNeeds Used() const { return factor_.Used(); }
 
  private:
+  void SolveTerms(const Border& t, int first, int count);
+
   BlockCholesky factor_;
-  Eigen::MatrixXd z_;  // Z, rows x terms
+  Border z_;           // Z' on the pattern of T
   Eigen::MatrixXd k_;  // L of K = L L', in the lower triangle
 };
 

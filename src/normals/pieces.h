@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "linear/block_matrix.h"
+#include "linear/border.h"
 #include "model/problem.h"
 #include "point.h"
 #include <Eigen/Core>
@@ -37,6 +38,7 @@ struct BorderedPoints {
 struct ReducedPattern {
   std::shared_ptr<const BlockPattern> pattern;
   BorderedPoints bordered;
+  std::shared_ptr<const BorderPattern> border;  ///< of the rows of `bordered`
   std::size_t looks = 0, columns = 0;
 };
 
@@ -121,7 +123,7 @@ struct PointEquations {
   bool exact = false;  ///< by what is left of a point's equations, however many they are
   BlockState* following = nullptr;  ///< `state`, where its points are settled (SettlePoint)
   double settle_below = 0.0;
-  Eigen::MatrixXd* border = nullptr;
+  Border* border = nullptr;
 };
 
 /// The sums over all points: S, its right side, and of J_c before elimination the diagonal of

@@ -31,6 +31,7 @@ ReducedSystem::ReducedSystem(const AdjustmentProblem& problem,
   ReducedPattern found = FindPattern(problem, many == ManyLooks::kBorder);
   bordered_ = std::move(found.bordered);
   pattern_ = std::move(found.pattern);
+  border_pattern_ = std::move(found.border);
   pieces_ = PointPieces(problem, *pattern_, bordered_);
   const std::size_t points = problem.block.points.size();
   const std::size_t bytes = KeptFactors::BytesFor(points, found.looks, found.columns);
@@ -105,7 +106,7 @@ void ReducedSystem::ShareMoved(const std::vector<std::uint32_t>& moved) const {
 
 bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, bool exact) {
   const ResidentScope resident;
-  if (s_.sparse.pattern() != pattern_) s_ = {BlockSymmetricMatrix(pattern_), {}};
+  if (s_.sparse.pattern() != pattern_) s_ = {BlockSymmetricMatrix(pattern_), Border()};
   BlockSymmetricMatrix& sparse = s_.sparse;
   sparse.SetZero();
   right_side_.setZero(s_.rows());
@@ -118,7 +119,7 @@ bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, boo
   const bool keep = kept_bytes_ > 0 && damping_ == 0.0 && weighting.loss == RobustLoss::kNone &&
                     !weighting.curved;
   if (keep) kept_.emplace(problem_.block.points.size(), pieces_.size(), kept_bytes_);
-  s_.border.setZero(bordered_.rows(), sparse.rows());
+  s_.border = Border(border_pattern_);
   PointEquations equations{.problem = problem_,
                            .state = state,
                            .weighting = weighting,
@@ -260,7 +261,7 @@ SystemNeeds ReducedSystem::Needs(int threads) {
   if (rows() == 0) return needs;
   Analyse();
   needs.matrix = pattern_->ValueBegin(pattern_->slot_count());
-  needs.border = static_cast<std::size_t>(bordered_.rows()) * static_cast<std::size_t>(rows());
+  needs.border = border_pattern_->value_count();
   needs.partial_sums = pieces_.MaxDoubles(threads);
   needs.kept = kept_bytes_ / sizeof(double);
   needs.operations = pieces_.operations();
@@ -269,7 +270,7 @@ SystemNeeds ReducedSystem::Needs(int threads) {
   const auto border_rows = static_cast<std::size_t>(bordered_.rows());
   needs.factor.factor += needs.border + border_rows * border_rows;
   const double m = bordered_.rows();
-  needs.factor.operations += 0.5 * m * m * (static_cast<double>(rows()) + m / 3.0);
+  needs.factor.operations += 0.5 * (border_pattern_->SquareOperations() + m * m * m / 3.0);
   return needs;
 }
 
@@ -333,7 +334,7 @@ CorrectionCovariance ReducedSystem::SelectedInverse() const {
   BorderedInverse inverse = factor_->SelectedInverse();
   BlockSymmetricMatrix& blocks = inverse.blocks;
   ScaleBlocks(scale_, &blocks);
-  return {std::move(blocks), bordered_, inverse.border * scale_.asDiagonal()};
+  return {std::move(blocks), bordered_, inverse.border.Scaled(scale_)};
 }
 
 }  // namespace sarblock

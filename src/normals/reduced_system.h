@@ -28,7 +28,7 @@ enum class ManyLooks {
 struct CorrectionCovariance {
   BlockSymmetricMatrix blocks;  ///< on the pattern of S: of passes that see common points
   BorderedPoints bordered;      ///< points whose passes the pattern does not join
-  Eigen::MatrixXd t_c;          ///< their T C (PointColumns), rows of `bordered`, by parameter
+  Border t_c;  ///< their T C (PointColumns) where T is: rows of `bordered`, by parameter
 
   [[nodiscard]] int rows() const { return blocks.rows(); }
 };
@@ -37,7 +37,7 @@ struct CorrectionCovariance {
 /// formed.
 struct SystemNeeds {
   std::size_t matrix = 0;        ///< S on its pattern
-  std::size_t border = 0;        ///< rows of points that many passes see
+  std::size_t border = 0;        ///< values of the rows of points that many passes see
   std::size_t partial_sums = 0;  ///< while it is formed, the most at once
   std::size_t kept = 0;          ///< factors of points
   double operations = 0.0;       ///< of the sum over points
@@ -149,6 +149,7 @@ class ReducedSystem {
   BorderedPoints bordered_;
   PointPieces pieces_;
   std::shared_ptr<const BlockPattern> pattern_;
+  std::shared_ptr<const BorderPattern> border_pattern_;
   BorderedMatrix s_;               // on the pattern from the first Form on
   Eigen::VectorXd right_side_;     // reduced gradient Q2-part, priors included
   Eigen::VectorXd full_diagonal_;  // of S0: before elimination

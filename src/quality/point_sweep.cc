@@ -47,11 +47,10 @@ void GatherBorder(const ParameterLayout& layout,
   const PointColumns& columns = p->terms.columns;
   for (std::size_t b = 0; b < columns.blocks.size(); ++b) {
     const ParameterBlock& block = layout.blocks[static_cast<std::size_t>(columns.blocks[b])];
-    for (int axis = 0; axis < 3; ++axis) {
-      double* y = p->y.data() + axis * columns.width + columns.begin[b];
-      for (int i = 0; i < block.size; ++i) {
-        y[i] = inverse.t_c(p->border_row + axis, block.offset + i);
-      }
+    for (int i = 0; i < block.size; ++i) {
+      const double* const of_column = inverse.t_c.At(p->border_row, block.offset + i);
+      double* const y = p->y.data() + columns.begin[b] + i;
+      for (int axis = 0; axis < 3; ++axis) y[axis * columns.width] = of_column[axis];
     }
   }
 }

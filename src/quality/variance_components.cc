@@ -182,7 +182,7 @@ void AddBorderedPoint(
   FactorPoint(problem, sweep.state, {}, 0.0, point, &at->factor);
   const std::vector<LookCovariance> looks =
       CovariancesOfLooks(problem, sweep.state, &*sweep.inverse, point);
-  const Eigen::MatrixXd t = sweep.system.matrix().border.middleRows(row, 3);
+  const Eigen::MatrixXd t = sweep.system.matrix().border.Rows(row, 3);
   std::vector<ComponentSums> of(sweep.components);
   for (ComponentSums& component : of) component.h.setZero(3, n);
   VarianceSums& sums = out->sums;
