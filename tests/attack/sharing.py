@@ -112,7 +112,7 @@ def reads(program, root, scratch, rounds, limit_s, out):
 
 
 def tables(folder):
-    """Checksum lines of a result's tables and which block it was made of; None where it is not whole."""
+    """The bytes of a result's tables by their names; None where the folder cannot be read."""
     try:
         return {path.name: path.read_bytes() for path in folder.iterdir()
                 if path.suffix == ".csv" and not path.name.startswith(".")}
