@@ -10,6 +10,7 @@
 namespace sarblock {
 
 void LegendreValues(double x, BasisValues out) {
+  for (std::size_t k = 0; k < std::min<std::size_t>(3, out.third.size()); ++k) out.third[k] = 0.0;
   for (std::size_t k = 0; k < out.value.size(); ++k) {
     if (k == 0) {
       out.value[0] = 1.0;
@@ -25,6 +26,9 @@ void LegendreValues(double x, BasisValues out) {
       out.value[k] = (odd * x * out.value[k - 1] - n * out.value[k - 2]) / (n + 1.0);
       out.first[k] = out.first[k - 2] + odd * out.value[k - 1];
       out.second[k] = out.second[k - 2] + odd * out.first[k - 1];
+      if (k > 2 && !out.third.empty()) {
+        out.third[k] = out.third[k - 2] + odd * out.second[k - 1];
+      }
     }
   }
 }
@@ -80,6 +84,12 @@ void UniformSpline::EvaluatePiece(std::size_t piece, double time_s, BasisValues 
   four.second[1] = (3.0 * x - 2.0) / (h * h);
   four.second[2] = (3.0 * y - 2.0) / (h * h);
   four.second[3] = x / (h * h);
+  if (four.third.empty()) return;
+  const double cube_per_s3 = 1.0 / (h * h * h);
+  four.third[0] = -cube_per_s3;
+  four.third[1] = 3.0 * cube_per_s3;
+  four.third[2] = -3.0 * cube_per_s3;
+  four.third[3] = cube_per_s3;
 }
 
 }  // namespace sarblock

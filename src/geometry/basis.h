@@ -6,11 +6,13 @@
 
 namespace sarblock {
 
-/// Values of basis functions at one time, with first and second derivatives by the argument.
+/// Values of basis functions at one time, with first, second and, unless empty, third derivatives
+/// by the argument.
 struct BasisValues {
   std::span<double> value;
   std::span<double> first;
   std::span<double> second;
+  std::span<double> third = {};
 };
 
 /// Legendre polynomials P_0..P_n of x, by Bonnet's recursion and its derivatives

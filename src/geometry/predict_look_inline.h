@@ -172,15 +172,17 @@ struct Crossing {
 /// Partials of range (row 0) and of the azimuth measurement (row 1).
 using TwoRows = Eigen::Matrix<double, 2, 3>;
 
-/// Partials by what moves the antenna by B(t): by[0] B + by[1] B' + by[2] B'' at the reading. A
-/// time dt later that is B + B' dt + B'' dt^2/2, and the velocity moves by the derivative of that.
+/// Partials by what moves the antenna by B(t): by[0] B + by[1] B' + by[2] B'' + by[3] B''' at the
+/// reading. A time dt later that is B + B' dt + B'' dt^2/2 + B''' dt^3/6, and the velocity moves by
+/// the derivative of that.
 struct MotionPartials {
-  std::array<TwoRows, 3> by;
+  std::array<TwoRows, 4> by;
 
   void Set(const TwoRows& by_position, const TwoRows& by_velocity, double dt_s) {
     by[0] = by_position;
     by[1] = dt_s * by_position + by_velocity;
     by[2] = (0.5 * dt_s * dt_s) * by_position + dt_s * by_velocity;
+    by[3] = (dt_s * dt_s * dt_s / 6.0) * by_position + (0.5 * dt_s * dt_s) * by_velocity;
   }
 };
 

@@ -32,8 +32,9 @@ ConeTurning MeasureTurning(const FlightPath& path, const PathUse& use) {
 /// Part of the standard deviation of azimuth that continuing a reading may be wrong by: on a path
 /// without noise, and where states are noisy, which is as wrong at any place.
 constexpr double kContinued = 1e-7, kContinuedNoisy = 0.01;
-/// Parts of a strip, and of a knot spacing, that functions of time are continued over.
-constexpr double kPartOfStrip = 0.01, kPartOfKnots = 0.05;
+/// Part of half a strip over which polynomials that are no cubics are continued.
+constexpr double kPartOfStrip = 0.01;
+constexpr int kContinuedDegree = 3;
 /// Readings of the velocity by which an acceleration is found, evenly over a window.
 constexpr int kSlopeReadings = 9;
 /// Windows, each twice as long as the one before, and the places where they are compared.
@@ -67,22 +68,25 @@ struct AxisSums {
   Eigen::Vector3d value = Eigen::Vector3d::Zero();
   Eigen::Vector3d first = Eigen::Vector3d::Zero();
   Eigen::Vector3d second = Eigen::Vector3d::Zero();
+  Eigen::Vector3d third = Eigen::Vector3d::Zero();
   bool used = false;
   void Add(const TermAtTime& term, const double* x) {
     used = true;
     int rank = 0;
     for (int axis = 0; axis < 3; ++axis) {
       if (!term.components[static_cast<std::size_t>(axis)]) continue;
-      double sum = 0.0, by_t = 0.0, by_tt = 0.0;
+      double sum = 0.0, by_t = 0.0, by_tt = 0.0, by_ttt = 0.0;
       const double* coefficient = x + term.column + term.by_axis * rank++;
       for (std::size_t k = 0; k < term.functions; ++k, coefficient += term.by_function) {
         sum += *coefficient * term.value[k];
         by_t += *coefficient * term.first[k];
         by_tt += *coefficient * term.second[k];
+        by_ttt += *coefficient * term.third[k];
       }
       value[axis] += sum;
       first[axis] += by_t;
       second[axis] += by_tt;
+      third[axis] += by_ttt;
     }
   }
 };
@@ -170,12 +174,12 @@ double CorrectedPath::AnchorStep_s(double sigma_m) const {
   const double turning = IsNoisy() ? steady_.noise : turning_.largest;
   if (turning > 0.0) {
     const double speed_mps = path_->PieceVelocity_mps(path_->PieceOf(c.middle_s)).norm();
-    const double part = IsNoisy() ? kContinuedNoisy : kContinued;
+    const double part = turning_.largest > kSteadyTurn ? kContinuedNoisy : kContinued;
     step_s = 2.0 * part * sigma_m / (turning * speed_mps);
   }
-  if (!c.polynomials.empty()) step_s = std::min(step_s, kPartOfStrip * c.half_length_s);
-  for (const SplineTerm& term : c.splines) {
-    step_s = std::min(step_s, kPartOfKnots * term.spline.spacing_s());
+  for (const PolynomialTerm& term : c.polynomials) {
+    if (term.degree <= kContinuedDegree) continue;
+    step_s = std::min(step_s, kPartOfStrip * c.half_length_s);
   }
   return std::isfinite(step_s) ? step_s : 0.0;
 }
@@ -226,16 +230,18 @@ void TermAtTime::Read(const PassCorrections& pass, const PolynomialTerm& term, d
     value[1] = (t_s - pass.middle_s) * rate;
     first[0] = 0.0;
     first[1] = rate;
-    second[0] = second[1] = 0.0;
+    second[0] = second[1] = third[0] = third[1] = 0.0;
     return;
   }
   LegendreValues((t_s - pass.middle_s) / pass.half_length_s,
                  {std::span(value).first(functions),
                   std::span(first).first(functions),
-                  std::span(second).first(functions)});
+                  std::span(second).first(functions),
+                  std::span(third).first(functions)});
   for (std::size_t k = 0; k < functions; ++k) {
     first[k] *= rate;
     second[k] *= rate * rate;
+    third[k] *= rate * rate * rate;
   }
 }
 
@@ -246,10 +252,12 @@ void TermAtTime::Read(const SplineTerm& term, int first_column, double measured_
   by_axis = 1;
   by_function = term.component_count;
   functions = 4;
-  term.spline.EvaluatePiece(
-      term.spline.PieceOf(measured_s),
-      t_s,
-      {std::span(value).first(4), std::span(first).first(4), std::span(second).first(4)});
+  term.spline.EvaluatePiece(term.spline.PieceOf(measured_s),
+                            t_s,
+                            {std::span(value).first(4),
+                             std::span(first).first(4),
+                             std::span(second).first(4),
+                             std::span(third).first(4)});
 }
 
 bool CorrectedPath::Read(double measured_s,
@@ -288,16 +296,19 @@ bool CorrectedPath::Read(double measured_s,
     motion.position_m += axes * track.value;
     motion.velocity_mps += axes * track.first;
     motion.acceleration_mps2 += axes * track.second;
+    motion.jerk_mps3 += axes * track.third;
     if (out->turning) {
       const TrackAxes& a = *out->turning;
       motion.velocity_mps += a.rate * track.value;
       motion.acceleration_mps2 += a.acceleration * track.value + 2.0 * (a.rate * track.first);
+      motion.jerk_mps3 += 3.0 * (a.acceleration * track.first + a.rate * track.second);
     }
   }
   if (frame.used) {
     motion.position_m += frame.value;
     motion.velocity_mps += frame.first;
     motion.acceleration_mps2 += frame.second;
+    motion.jerk_mps3 += frame.third;
   }
   return motion.position_m.allFinite() && motion.velocity_mps.allFinite();
 }
@@ -342,12 +353,20 @@ CorrectedPaths::CorrectedPaths(const Block& block,
   }
 }
 
-bool CorrectedPaths::Anchor(const Eigen::VectorXd& x, double slack) {
+bool CorrectedPaths::Anchor(const Eigen::VectorXd& x, double slack, Anchors which) {
   bool changed = false;
   for (std::size_t pass = 0; pass < paths_.size(); ++pass) {
+    const bool noisy = paths_[pass].HasNoisyAnchor();
+    if (which != Anchors::kAll && noisy != (which == Anchors::kNoisy)) continue;
     changed = paths_[pass].Anchor(layout_.TimeBias_s(pass, x), slack) || changed;
   }
   return changed;
+}
+
+bool CorrectedPaths::HasNoisyAnchors() const {
+  return std::any_of(paths_.begin(), paths_.end(), [](const CorrectedPath& path) {
+    return path.HasNoisyAnchor();
+  });
 }
 
 void CorrectedPaths::AnchorLike(const CorrectedPaths& other) {

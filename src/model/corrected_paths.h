@@ -37,7 +37,7 @@ struct TermAtTime {
   std::array<bool, 3> components;
   int column, by_axis, by_function;
   std::size_t functions;
-  std::array<double, PositionCorrection::kMaxDegree + 1> value, first, second;
+  std::array<double, PositionCorrection::kMaxDegree + 1> value, first, second, third;
 
   void Read(const PassCorrections& pass, const PolynomialTerm& term, double t_s);
   /// The four spline functions of the piece that holds the measured time, at the path's time t.
@@ -49,7 +49,7 @@ struct PathReading {
   PathReading() = default;
   PathReading(const PathReading&) = delete;  // it points to itself
   PathReading& operator=(const PathReading&) = delete;
-  Motion motion;                          ///< corrected; jerk of the nominal path
+  Motion motion;  ///< corrected; the jerk lacks A''' delta
   const Eigen::Matrix3d* axes = nullptr;  ///< track axes, where a correction needs them
   std::optional<TrackAxes> turning;       ///< the same with their derivatives, where they turn
   std::size_t term_count = 0;
@@ -78,6 +78,9 @@ class CorrectedPath {
   /// Part of the speed at which the cone passes over a point; where noise of the states turns the
   /// cone by more, the acceleration of the path without that noise takes the place of the cubic's.
   static constexpr double kMaxTurn = 0.01;
+  /// That from which on anchors stay where they were on the way to a solution. Recorded orbits have
+  /// 1e-6 to 1e-5, recorded flights 5e-3 and more.
+  static constexpr double kSteadyTurn = 1e-3;
 
   [[nodiscard]] const FlightPath& path() const { return *path_; }
   [[nodiscard]] const PassCorrections& corrections() const { return *corrections_; }
@@ -96,6 +99,11 @@ class CorrectedPath {
   /// its derivatives for what is left, less than half a step. The anchor stays where the bias is
   /// within half a step and `slack` of one.
   bool Anchor(double bias_s, double slack = 0.0);
+  /// Whether each place of the path is another path: noise of its states, or turbulence between
+  /// them, moves a solution with its anchor, and an anchor that followed would never stay.
+  [[nodiscard]] bool HasNoisyAnchor() const {
+    return anchor_step_s_ > 0.0 && turning_.largest > kSteadyTurn;
+  }
   /// Reads where another reading of the same pass does.
   void AnchorLike(const CorrectedPath& other) { anchor_s_ = other.anchor_s_; }
   /// Reads this much after the measured times.
@@ -141,6 +149,13 @@ class CorrectedPath {
   double anchor_s_ = 0.0;
 };
 
+/// Passes whose anchors are set.
+enum class Anchors {
+  kAll,
+  kNoisy,   ///< CorrectedPath::HasNoisyAnchor
+  kSteady,  ///< the others
+};
+
 /// What the looks of each pass of a block say of how its path is to be read.
 [[nodiscard]] std::vector<PathUse> PathUsesOf(const Block& block);
 
@@ -156,7 +171,9 @@ class CorrectedPaths {
   [[nodiscard]] const CorrectedPath& operator[](std::size_t pass) const { return paths_[pass]; }
   /// Sets the anchors to the time biases in all corrections `x` of the block; returns whether one
   /// changed (CorrectedPath::Anchor).
-  bool Anchor(const Eigen::VectorXd& x, double slack = 0.0);
+  bool Anchor(const Eigen::VectorXd& x, double slack = 0.0, Anchors which = Anchors::kAll);
+  /// Whether a pass has an anchor that matters (CorrectedPath::HasNoisyAnchor).
+  [[nodiscard]] bool HasNoisyAnchors() const;
   /// Those of other corrections of the same passes.
   void AnchorLike(const CorrectedPaths& other);
 

@@ -47,6 +47,7 @@ struct AxisPartials : MotionPartials {
     set = true;
     Set(by_s, by_v, dt_s);
     by[2] += by_a;
+    by[3] += dt_s * by_a;
   }
   void SetInTrack(const Eigen::Matrix3d& axes,
                   const std::optional<TrackAxes>& turning,
@@ -58,10 +59,14 @@ struct AxisPartials : MotionPartials {
                   a0 = by_a.lazyProduct(axes);
     SetInFrame(s0, v0, a0, dt_s);
     if (!turning) return;
-    const TwoRows later = (0.5 * dt_s * dt_s) * by_s + dt_s * by_v + by_a;
-    const TwoRows now = dt_s * by_s + by_v;
-    by[0] += now.lazyProduct(turning->rate) + later.lazyProduct(turning->acceleration);
-    by[1] += (2.0 * later).lazyProduct(turning->rate);
+    // A B has the velocity A' B + A B', the acceleration A'' B + 2 A' B' + A B'' and, but for
+    // A''' B, the jerk 3 A'' B' + 3 A' B'' + A B'''.
+    MotionPartials at;
+    at.Set(by_s, by_v, dt_s);
+    const TwoRows later = at.by[2] + by_a, latest = 3.0 * (at.by[3] + dt_s * by_a);
+    by[0] += at.by[1].lazyProduct(turning->rate) + later.lazyProduct(turning->acceleration);
+    by[1] += (2.0 * later).lazyProduct(turning->rate) + latest.lazyProduct(turning->acceleration);
+    by[2] += latest.lazyProduct(turning->rate);
   }
 };
 
@@ -73,11 +78,11 @@ void SetColumns(const TermAtTime& term, const AxisPartials& partials, LocalRow* 
   for (int axis = 0; axis < 3; ++axis) {
     if (!term.components[static_cast<std::size_t>(axis)]) continue;
     const Eigen::Vector2d by_value = partials.by[0].col(axis), by_first = partials.by[1].col(axis),
-                          by_second = partials.by[2].col(axis);
+                          by_second = partials.by[2].col(axis), by_third = partials.by[3].col(axis);
     auto column = static_cast<std::size_t>(term.column + term.by_axis * rank++);
     for (std::size_t k = 0; k < term.functions; ++k) {
-      const Eigen::Vector2d both =
-          by_value * term.value[k] + by_first * term.first[k] + by_second * term.second[k];
+      const Eigen::Vector2d both = by_value * term.value[k] + by_first * term.first[k] +
+                                   by_second * term.second[k] + by_third * term.third[k];
       rows[0][column] = both[0];
       rows[1][column] = both[1];
       column += static_cast<std::size_t>(term.by_function);

@@ -38,7 +38,7 @@ struct LookState {
 
 /// The antenna at a time of a pass under corrections.
 struct CorrectedMotion {
-  Motion motion;             ///< corrected position, velocity and acceleration, nominal jerk
+  Motion motion;             ///< corrected; the jerk lacks A''' delta
   double path_time_s = 0.0;  ///< t + b_t
 };
 
@@ -105,7 +105,11 @@ class LookModel {
 
   /// Reads the paths at the time biases in all corrections `x`; returns whether that changed what a
   /// look reads (CorrectedPath::Anchor).
-  bool Anchor(const Eigen::VectorXd& x, double slack = 0.0) { return paths_.Anchor(x, slack); }
+  bool Anchor(const Eigen::VectorXd& x, double slack = 0.0, Anchors which = Anchors::kAll) {
+    return paths_.Anchor(x, slack, which);
+  }
+  /// Whether a pass has an anchor that matters (CorrectedPath::HasNoisyAnchor).
+  [[nodiscard]] bool HasNoisyAnchors() const { return paths_.HasNoisyAnchors(); }
   /// Reads the same passes where another model does.
   void AnchorLike(const LookModel& other) { paths_.AnchorLike(other.paths_); }
 

@@ -131,8 +131,9 @@ struct CorrectionModel {
 [[nodiscard]] LookWeights WeightsAt(const LookSigma& sigma, double azimuth_unit_m);
 
 /// Forms the weights of every look in use at a state: an azimuth given in metres at the target
-/// becomes seconds there, sigma_t = sigma_a / |q|. A look without a value keeps its former weights,
-/// at first those of the speed of its path. Returns the largest relative change of a weight.
+/// becomes seconds there (LookEvaluation::azimuth_unit_m). A look without a value keeps its former
+/// weights, at first those of the speed of its path. Returns the largest relative change of a
+/// weight.
 double UpdateWeights(const BlockState& state, AdjustmentProblem* problem);
 
 /// Counts of observations and parameters (model.md, section 6).

@@ -3,6 +3,7 @@
 
 #include "sarblock/core/error.h"
 
+#include <cmath>
 #include <limits>
 #include <memory>
 #include <string>
@@ -55,16 +56,24 @@ ceres::LinearSolverType TypeOf(CeresSolver solver) {
 constexpr double kFirstRadius = 1e8;
 /// Of a point that follows: as little as the engine's own.
 constexpr double kFollowDamping = 1e-8;
+/// Steps creep that are so many in turn longer than this part of the one before, and shorter than
+/// that many sigmas over all unknowns.
+constexpr int kCreepingSteps = 2;
+constexpr double kCreepingPart = 0.3, kCreepingBelow = 10.0;
 /// How much better the quadratic model may still get where conjugate gradients end.
 constexpr double kConjugateGradients = 1e-3;
 
 /// Reports each iteration and ends the solution at a step below `settled` sigmas. The relative
 /// change of cost that Ceres tests is not enough: 1e-6 sigmas change a cost of a thousand by less
-/// than its rounding.
+/// than its rounding. Ends it too where steps creep: more of them would not end it.
 class IterationWatch final : public ceres::IterationCallback {
  public:
-  IterationWatch(ProgressSink* sink, int most, bool least_squares, double last_step)
-      : sink_(sink), most_(most), least_squares_(least_squares), last_step_(last_step) {}
+  IterationWatch(ProgressSink* sink, const SolveOptions& options, bool least_squares)
+      : sink_(sink),
+        most_(options.max_iterations),
+        least_squares_(least_squares),
+        leave_creeping_(options.leave_creeping),
+        last_step_(kLastStepPart * options.settle_below) {}
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
     if (sink_ != nullptr) {
       sink_->Update("solve",
@@ -73,30 +82,42 @@ class IterationWatch final : public ceres::IterationCallback {
                     "cost " + std::to_string(summary.cost));
       if (sink_->Cancelled()) return ceres::SOLVER_ABORT;
     }
-    if (least_squares_ && summary.iteration > 0 && summary.step_is_valid && Settled(summary)) {
-      return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+    if (least_squares_ && summary.iteration > 0 && summary.step_is_valid) {
+      if (Settled(summary)) return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+      if (leave_creeping_ && summary.step_is_successful) CountCreeping(LengthOf(summary));
+      if (creeps()) return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
     }
     stagnates_ = progress_.Stagnates(
         summary.iteration, summary.cost, std::numeric_limits<double>::infinity());
     return stagnates_ ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
   }
   [[nodiscard]] bool stagnates() const { return stagnates_; }
+  [[nodiscard]] bool creeps() const { return creeping_ == kCreepingSteps; }
 
  private:
-  /// The linear model promises half the square of the step's length in sigmas. A cost that does not
-  /// move at all has no ratio to the promise: the step is then below the root of its rounding.
+  /// In sigmas: the linear model promises half the square. A cost that does not move at all has no
+  /// ratio to the promise: the step is then below the root of its rounding.
+  [[nodiscard]] static double LengthOf(const ceres::IterationSummary& summary) {
+    if (summary.cost_change == 0.0) return 0.0;
+    return std::sqrt(2.0 * summary.cost_change / summary.relative_decrease);
+  }
   [[nodiscard]] bool Settled(const ceres::IterationSummary& summary) const {
-    if (summary.cost_change == 0.0) return true;
-    const double promised = summary.cost_change / summary.relative_decrease;
-    return 2.0 * promised <= last_step_ * last_step_;
+    return LengthOf(summary) <= last_step_;
+  }
+  void CountCreeping(double length) {
+    const bool creeps = length > kCreepingPart * length_ && length < kCreepingBelow;
+    creeping_ = creeps ? creeping_ + 1 : 0;
+    length_ = length;
   }
 
   ProgressSink* sink_;
   int most_;
-  bool least_squares_;
+  bool least_squares_, leave_creeping_;
   double last_step_;
   ProgressOfSteps progress_;
   bool stagnates_ = false;
+  double length_ = std::numeric_limits<double>::infinity();  ///< of the last step taken
+  int creeping_ = 0;                                         ///< steps in turn
 };
 
 }  // namespace
@@ -251,8 +272,7 @@ SolveReport SolveWithCeres(const AdjustmentProblem& problem,
     }
     solver.linear_solver_ordering.reset(ordering);
   }
-  IterationWatch watch(
-      progress, options.max_iterations, least_squares, kLastStepPart * options.settle_below);
+  IterationWatch watch(progress, options, least_squares);
   solver.callbacks.push_back(&watch);
   ceres::Solver::Summary summary;
   ceres::Solve(solver, ceres_problem.get(), &summary);
@@ -261,6 +281,7 @@ SolveReport SolveWithCeres(const AdjustmentProblem& problem,
   SolveReport report;
   report.converged = !watch.stagnates() && (summary.termination_type == ceres::CONVERGENCE ||
                                             summary.termination_type == ceres::USER_SUCCESS);
+  report.creeps = watch.creeps();
   report.iterations = summary.num_successful_steps;
   report.initial_cost = summary.initial_cost;
   report.final_cost = summary.final_cost;

@@ -24,6 +24,7 @@ struct SolveReport {
   bool formed_at_state = false;  ///< the system is that of the state; of SolveReduced
   /// Steps crept until second derivatives were taken into account; of SolveReduced.
   bool curved = false;
+  bool creeps = false;  ///< ended where steps creep; of SolveWithCeres
   double initial_cost = 0.0;
   double final_cost = 0.0;
   /// Newton decrement at the end in sigmas, steps to come included.
@@ -50,6 +51,8 @@ struct SolveOptions {
   /// what follows does (NewtonFinish).
   bool take_last_step = false;                    ///< of SolveReduced
   CeresSolver ceres_solver = CeresSolver::kAuto;  ///< of SolveWithCeres
+  /// Ends where steps creep (SolveReport::creeps); of SolveWithCeres, without a loss.
+  bool leave_creeping = false;
   /// v'Pv above which a solution is of no use: after three steps, refused ones included, it is
   /// given up where four times
   /// what the next Newton step promises (the equations are bent) would not bring it there.

@@ -88,8 +88,10 @@ constexpr double kWeightsSettled = 1e-3;
 /// over to the finishing Newton steps; they start from up to ten times as much.
 constexpr double kApproached = 1.0;
 /// Of a step of the anchors, that a time bias may go beyond where its looks are read: at first, and
-/// once they were read near the solution, where noise of the states would move it with each anchor.
+/// once they were read near the solution.
 constexpr double kAnchorSlack = 0.25, kLateAnchorSlack = 30.0;
+/// Steps after each of which noisy paths are read at their time biases.
+constexpr int kMaxFollowingSteps = 8;
 constexpr int kMaxFinishingSteps = 25;
 constexpr int kMaxRounds = 5;
 /// Rounds of leaving out mirror solutions and taking back points that fit then.
@@ -158,6 +160,31 @@ SolveReport SolveRounds(const Weighting& weighting,
   std::optional<ReducedSystem> own;
   std::optional<ReducedSystem>& system = solved == nullptr ? own : *solved;
   system.emplace(*problem, KeptFactors::kMaxBytes);
+  const auto add = [&total](const SolveReport& report) {
+    if (total.iterations == 0) total.initial_cost = report.initial_cost;
+    total.iterations += report.iterations;
+    total.curved = total.curved || report.curved;
+    total.converged = report.converged;
+    total.final_cost = report.final_cost;
+    total.message = report.message;
+  };
+  Weighting weighted = weighting;
+  if (least_squares) weighted.renewed = &problem->weights;
+  // Each place of a noisy path is another path: where it is read is found step by step, by the same
+  // steps for both engines, and stays.
+  if (least_squares && problem->model.HasNoisyAnchors()) {
+    SolveOptions one;
+    one.max_iterations = 1;
+    one.settle_below = kApproached;
+    for (int step = 0; step < kMaxFollowingSteps && total.iterations + 1 < allowed; ++step) {
+      const SolveReport report = SolveReduced(*problem, weighted, one, &*system, state, progress);
+      add(report);
+      problem->model.Anchor(state->corrections, kAnchorSlack, Anchors::kNoisy);
+      if (report.iterations == 0) break;
+    }
+  }
+  bool creeps = false;
+  bool finished = false;  // at the places where the paths were read
   for (int round = 0; round < kMaxRounds; ++round) {
     SolveOptions solve;
     solve.curved = total.curved;
@@ -170,35 +197,37 @@ SolveReport SolveRounds(const Weighting& weighting,
         approach ? kApproached : std::max(options.tolerance, least_squares ? 0.0 : kLossSettled);
     solve.take_last_step = approach && least_squares;
     solve.ceres_solver = options.ceres_solver;
-    Weighting weighted = weighting;
-    if (least_squares) weighted.renewed = &problem->weights;
-    const SolveReport report =
-        ceres && (approach || least_squares)
-            ? SolveWithCeres(*problem, weighting, solve, state, progress)
-            : SolveReduced(*problem, weighted, solve, &*system, state, progress);
-    if (total.iterations == 0) total.initial_cost = report.initial_cost;
-    total.iterations += report.iterations;
-    total.curved = total.curved || report.curved;
-    total.converged = report.converged;
-    total.final_cost = report.final_cost;
-    total.message = report.message;
+    solve.leave_creeping = least_squares;
+    // Ceres has no second derivatives: what creeps without them is the reduced engine's.
+    const bool by_ceres = ceres && (approach || least_squares) && !creeps;
+    if (by_ceres && !finished) {
+      const SolveReport report = SolveWithCeres(*problem, weighting, solve, state, progress);
+      add(report);
+      creeps = report.creeps;
+      solve.max_iterations = std::max(1, allowed - total.iterations);
+    }
+    if ((!by_ceres || creeps) && !finished) {
+      add(SolveReduced(*problem, weighted, solve, &*system, state, progress));
+    }
     if (least_squares) {
-      if (round == 0) problem->model.Anchor(state->corrections);
+      if (round == 0) problem->model.Anchor(state->corrections, 0.0, Anchors::kSteady);
       const bool factored = NewtonFinish(options, problem, state, &*system, &total, progress);
       if (factored) {
         total.converged = total.decrement <= std::max(options.tolerance, kRemainingStepAccepted);
       }
+      finished = factored && total.converged;
       if (total.iterations >= allowed) {
         if (!total.converged) total.message = LimitReached(options.max_iterations);
         break;
       }
       const double slack = round == 0 ? kAnchorSlack : kLateAnchorSlack;
-      if (problem->model.Anchor(state->corrections, slack)) continue;
-      if ((factored && total.converged) || round > 1) break;
+      const bool last = round + 1 == kMaxRounds;
+      if (!last && problem->model.Anchor(state->corrections, slack, Anchors::kSteady)) continue;
+      if (finished || round > 1) break;
       continue;  // a damped solution to the end
     }
     const double change = UpdateWeights(*state, problem);
-    if (!report.converged) break;
+    if (!total.converged) break;
     if (approach && total.iterations >= allowed) {
       total.converged = false;
       total.message = LimitReached(options.max_iterations);

@@ -52,34 +52,40 @@ T Norm(const Vec<T>& a) {
   return sqrt(Dot(a, a));
 }
 
-/// A function of time at one time: value, first and second derivative.
+/// A function of time at one time: value, first, second and third derivative.
 template <typename T>
 struct Series {
-  T c0 = T(0), c1 = T(0), c2 = T(0);
+  T c0 = T(0), c1 = T(0), c2 = T(0), c3 = T(0);
 
   Series() = default;
   Series(const T& value) : c0(value) {}  // NOLINT: a constant is a series
-  Series(const T& value, const T& first, const T& second) : c0(value), c1(first), c2(second) {}
+  Series(const T& value, const T& first, const T& second, const T& third)
+      : c0(value), c1(first), c2(second), c3(third) {}
 
   friend Series operator+(const Series& a, const Series& b) {
-    return {a.c0 + b.c0, a.c1 + b.c1, a.c2 + b.c2};
+    return {a.c0 + b.c0, a.c1 + b.c1, a.c2 + b.c2, a.c3 + b.c3};
   }
   friend Series operator-(const Series& a, const Series& b) {
-    return {a.c0 - b.c0, a.c1 - b.c1, a.c2 - b.c2};
+    return {a.c0 - b.c0, a.c1 - b.c1, a.c2 - b.c2, a.c3 - b.c3};
   }
   friend Series operator*(const Series& a, const Series& b) {
-    return {a.c0 * b.c0, a.c1 * b.c0 + a.c0 * b.c1, a.c2 * b.c0 + T(2) * a.c1 * b.c1 + a.c0 * b.c2};
+    return {a.c0 * b.c0,
+            a.c1 * b.c0 + a.c0 * b.c1,
+            a.c2 * b.c0 + T(2) * a.c1 * b.c1 + a.c0 * b.c2,
+            a.c3 * b.c0 + T(3) * (a.c2 * b.c1 + a.c1 * b.c2) + a.c0 * b.c3};
   }
   friend Series operator/(const Series& a, const Series& b) {
     const T q0 = a.c0 / b.c0;
     const T q1 = (a.c1 - q0 * b.c1) / b.c0;
-    return {q0, q1, (a.c2 - T(2) * q1 * b.c1 - q0 * b.c2) / b.c0};
+    const T q2 = (a.c2 - T(2) * q1 * b.c1 - q0 * b.c2) / b.c0;
+    return {q0, q1, q2, (a.c3 - T(3) * (q2 * b.c1 + q1 * b.c2) - q0 * b.c3) / b.c0};
   }
   friend Series sqrt(const Series& a) {
     using std::sqrt;
     const T r0 = sqrt(a.c0);
     const T r1 = a.c1 / (T(2) * r0);
-    return {r0, r1, (a.c2 - T(2) * r1 * r1) / (T(2) * r0)};
+    const T r2 = (a.c2 - T(2) * r1 * r1) / (T(2) * r0);
+    return {r0, r1, r2, (a.c3 - T(6) * r1 * r2) / (T(2) * r0)};
   }
 };
 
@@ -230,7 +236,6 @@ class LookModelOf {
   using Path = Vec<Series<T>>;
   struct Nominal {
     Path position, velocity;
-    Vec<T> jerk;
   };
   /// The look's own share of a position correction: how a unit of it moves the antenna.
   struct Direction {
@@ -258,10 +263,10 @@ class LookModelOf {
       const T c2 = (T(3) * mean - T(2) * v0[i] - v1[i]) / h;
       const T c3 = (v0[i] + v1[i] - T(2) * mean) / (h * h);
       const T v = v0[i] + u * (T(2) * c2 + T(3) * u * c3);
-      out.jerk[i] = noisy ? j_steady[i] : T(T(6) * c3);
-      const T a = noisy ? a_steady[i] : T(T(2) * c2 + u * out.jerk[i]);
-      out.position[i] = {p0[i] + u * (v0[i] + u * (c2 + u * c3)), v, a};
-      out.velocity[i] = {v, a, out.jerk[i]};
+      const T jerk = noisy ? j_steady[i] : T(T(6) * c3);
+      const T a = noisy ? a_steady[i] : T(T(2) * c2 + u * jerk);
+      out.position[i] = {p0[i] + u * (v0[i] + u * (c2 + u * c3)), v, a, jerk};
+      out.velocity[i] = {v, a, jerk, T(0)};
     }
     return out;
   }
@@ -301,7 +306,7 @@ class LookModelOf {
     }
     const T spacing = (T(end_s) - T(start_s)) / T(term.spline.count() - 3);
     const T u = (t - T(start_s)) / spacing - T(term.spline.PieceOf(measured_s));
-    const Series<T> x(u, T(1) / spacing, T(0)), one(T(1)), y = one - x, six(T(6)), four(T(4));
+    const Series<T> x(u, T(1) / spacing, T(0), T(0)), one(T(1)), y = one - x, six(T(6)), four(T(4));
     const Series<T> three(T(3));
     return {y * y * y / six,
             (four - six * x * x + three * x * x * x) / six,
@@ -348,6 +353,9 @@ LookAt<T> LookModelOf<T>::Evaluate(std::size_t look,
   const Nominal nominal = NominalAt(pass, read_s);
   std::array<Path, 3> track;
   if (c.NeedsTrackAxes()) track = AxesOf(nominal);
+  for (Path& axis : track) {
+    for (Series<T>& of : axis) of.c3 = T(0);  // left out of the model
+  }
   Path s = nominal.position;
   std::vector<Direction> directions;
   const auto moves = [&](PositionCorrection::Axes axes, std::size_t axis, const Series<T>& by) {
@@ -360,7 +368,7 @@ LookAt<T> LookModelOf<T>::Evaluate(std::size_t look,
   for (const PolynomialTerm& term : c.polynomials) {
     const T start = block.passes[pass].start_s, end = block.passes[pass].end_s;
     const T half = (end - start) / T(2);
-    Legendre({(t - (start + end) / T(2)) / half, T(1) / half, T(0)}, term.degree, &basis);
+    Legendre({(t - (start + end) / T(2)) / half, T(1) / half, T(0), T(0)}, term.degree, &basis);
     int column = term.column;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (!term.components[axis]) continue;
@@ -386,19 +394,20 @@ LookAt<T> LookModelOf<T>::Evaluate(std::size_t look,
 
   // A time shift_s later: value, velocity and acceleration of the antenna and of what moves it.
   const T half = shift_s * shift_s / T(2);
-  const auto later = [&](const Series<T>& at, const T& third) {
-    return Series<T>{at.c0 + shift_s * at.c1 + half * at.c2 + half * shift_s / T(3) * third,
-                     at.c1 + shift_s * at.c2 + half * third,
-                     at.c2 + shift_s * third};
+  const auto later = [&](const Series<T>& at) {
+    return Series<T>{at.c0 + shift_s * at.c1 + half * at.c2 + half * shift_s / T(3) * at.c3,
+                     at.c1 + shift_s * at.c2 + half * at.c3,
+                     at.c2 + shift_s * at.c3,
+                     at.c3};
   };
-  for (std::size_t i = 0; i < 3; ++i) s[i] = later(s[i], nominal.jerk[i]);
+  for (std::size_t i = 0; i < 3; ++i) s[i] = later(s[i]);
   for (Direction& direction : directions) {
-    for (Series<T>& axis : direction.moves) axis = later(axis, T(0));
+    for (Series<T>& axis : direction.moves) axis = later(axis);
   }
 
   // The cone's axis: the direction of flight, turned by the velocity corrections.
   Path v;
-  for (std::size_t i = 0; i < 3; ++i) v[i] = {s[i].c1, s[i].c2, T(0)};  // second never used
+  for (std::size_t i = 0; i < 3; ++i) v[i] = {s[i].c1, s[i].c2, T(0), T(0)};  // second never used
   const bool turned = !c.velocity_across.empty() || !c.velocity_up.empty();
   Path cone_axis = v;
   std::array<Path, 3> turning;  // track axes a time shift_s later, to first order
@@ -407,7 +416,7 @@ LookAt<T> LookModelOf<T>::Evaluate(std::size_t look,
     for (std::size_t axis = 0; axis < 3; ++axis) {
       for (std::size_t i = 0; i < 3; ++i) {
         const Series<T>& of = track[axis][i];
-        turning[axis][i] = {of.c0 + shift_s * of.c1, of.c1, T(0)};
+        turning[axis][i] = {of.c0 + shift_s * of.c1, of.c1, T(0), T(0)};
       }
     }
     const Path turn =

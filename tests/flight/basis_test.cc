@@ -19,7 +19,8 @@ struct Values {
   std::array<double, n> value{};
   std::array<double, n> first{};
   std::array<double, n> second{};
-  BasisValues out() { return {value, first, second}; }
+  std::array<double, n> third{};
+  BasisValues out() { return {value, first, second, third}; }
 };
 
 // Closed forms of P_0 to P_5 and their derivatives, inside and a little outside [-1, 1].
@@ -42,10 +43,13 @@ TEST(LegendreTest, EqualsTheClosedFormsToDegreeFive) {
                                          (315.0 * x4 - 210.0 * x2 + 15.0) / 8.0};
     const std::array<double, 6> second = {
         0.0, 0.0, 3.0, 15.0 * x, (420.0 * x2 - 60.0) / 8.0, (1260.0 * x3 - 420.0 * x) / 8.0};
+    const std::array<double, 6> third = {
+        0.0, 0.0, 0.0, 15.0, 105.0 * x, (3780.0 * x2 - 420.0) / 8.0};
     for (std::size_t k = 0; k < 6; ++k) {
       EXPECT_NEAR(legendre.value[k], value[k], 1e-14) << k << " at " << x;
       EXPECT_NEAR(legendre.first[k], first[k], 1e-13) << k << " at " << x;
       EXPECT_NEAR(legendre.second[k], second[k], 1e-12) << k << " at " << x;
+      EXPECT_NEAR(legendre.third[k], third[k], 1e-11) << k << " at " << x;
     }
   }
 }
@@ -68,8 +72,8 @@ TEST(LegendreTest, IsOrthogonal) {
   }
 }
 
-// Legendre's equation (1 - x^2) P'' - 2 x P' + n (n + 1) P = 0 ties the three outputs together at
-// degrees beyond the closed forms above. P'' reaches 1e4 here.
+// Legendre's equation (1 - x^2) P'' - 2 x P' + n (n + 1) P = 0 and its derivative tie the four
+// outputs together at degrees beyond the closed forms above. P'' reaches 1e4 here, P''' 1e6.
 TEST(LegendreTest, SolvesLegendresEquation) {
   Values<21> legendre;
   for (const double x : {-0.9713, -0.3307, 0.1709, 0.8893}) {
@@ -80,6 +84,10 @@ TEST(LegendreTest, SolvesLegendresEquation) {
                       n * (n + 1.0) * legendre.value[k],
                   0.0,
                   1e-10);
+      EXPECT_NEAR((1.0 - x * x) * legendre.third[k] - 4.0 * x * legendre.second[k] +
+                      (n * (n + 1.0) - 2.0) * legendre.first[k],
+                  0.0,
+                  1e-8);
     }
   }
 }
@@ -117,17 +125,18 @@ TEST(UniformSplineTest, SumsToOne) {
   }
 }
 
-// Value, first and second derivative of a spline of given coefficients.
-std::array<double, 3> Curve(const UniformSpline& spline,
+// Value and three derivatives of a spline of given coefficients.
+std::array<double, 4> Curve(const UniformSpline& spline,
                             const std::vector<double>& coefficients,
                             double time_s) {
   Values<4> four;
   const std::size_t index = spline.Evaluate(time_s, four.out());
-  std::array<double, 3> sum{};
+  std::array<double, 4> sum{};
   for (std::size_t k = 0; k < 4; ++k) {
     sum[0] += coefficients.at(index + k) * four.value[k];
     sum[1] += coefficients.at(index + k) * four.first[k];
     sum[2] += coefficients.at(index + k) * four.second[k];
+    sum[3] += coefficients.at(index + k) * four.third[k];
   }
   return sum;
 }
@@ -150,8 +159,9 @@ TEST(UniformSplineTest, IsTwiceContinuouslyDifferentiable) {
   }
 }
 
-// Central differences, step 1e-4: exact for the second derivative of a cubic, truncation 1e-7 times
-// the third derivative (at most 60) for the first; rounding 1e-12 and 1e-8.
+// Central differences, step 1e-4: exact for the second derivative of a cubic and for the third by
+// the second, truncation 1e-7 times the third derivative (at most 60) for the first; rounding
+// 1e-12, 1e-8 and 1e-11.
 TEST(UniformSplineTest, DerivativesBelongToTheValue) {
   const UniformSpline spline(0.0, 4.2, 0.7);
   const double h = 1e-4;
@@ -161,6 +171,7 @@ TEST(UniformSplineTest, DerivativesBelongToTheValue) {
     const auto after = Curve(spline, kCoefficients, t_s + h);
     EXPECT_NEAR(here[1], (after[0] - before[0]) / (2.0 * h), 1e-6);
     EXPECT_NEAR(here[2], (after[0] - 2.0 * here[0] + before[0]) / (h * h), 1e-5);
+    EXPECT_NEAR(here[3], (after[2] - before[2]) / (2.0 * h), 1e-9);
   }
 }
 

@@ -107,13 +107,14 @@ std::vector<CorrectionGroup> TimeGroups() {
 }
 
 /// Corrections as large as bad ones are: the model has to be right away from zero.
+constexpr double kPositionSize_m = 27.0;
 double SizeOf(const Parameter& parameter) {
   if (parameter.name.starts_with("velocity")) return 1.7e-3;
   if (parameter.name == "range.scale") return 3.1e-5;
   if (parameter.unit == "s") return 0.043;
   if (parameter.unit == "rad") return 2.3e-3;
   if (parameter.name.starts_with("troposphere")) return 2.4;
-  return 27.0;
+  return kPositionSize_m;
 }
 
 enum class Groups { kPolynomials, kSplines, kStraight, kTimes };
@@ -225,11 +226,19 @@ TEST_P(LookModelTest, AgreesWithItsTwinInFiftyDigits) {
       EXPECT_EQ(column, columns.column_count);
       for (std::size_t k = 0; k < differences.size(); ++k) {
         const auto& [unit, difference] = differences[k];
-        // The crossing is found to 1e-12 of the range (src/model/look_model.h); over half of a pass
-        // a Legendre polynomial of degree 5, of a correction in metres, changes by 15 at most.
+        // The crossing is found to 1e-12 of the range (src/model/look_evaluation.h). In that time a
+        // Legendre polynomial of degree 5, of a correction in metres, changes by 15 over half of a
+        // pass at most, and by its third derivative, 420 over the cube of that, the rate at which
+        // the cone passes over the point.
         const double found_s = 1e-12 * block.looks.range_m[i] / speed_mps;
-        const double bound = unit == "m" ? 15.0 * found_s / (0.5 * length_s) : 1e-11;
-        EXPECT_LE(difference.norm(), bound * std::sqrt(square[unit])) << i << " column " << k;
+        const double half_s = 0.5 * length_s;
+        const double jerk_mps3 =
+            c.groups == Groups::kPolynomials ? kPositionSize_m * 420.0 / std::pow(half_s, 3) : 0.0;
+        const double turning_per_s = jerk_mps3 * block.looks.range_m[i] / (speed_mps * speed_mps);
+        const double bound =
+            unit == "m" ? 15.0 * found_s / half_s : 1e-11 + turning_per_s * found_s;
+        EXPECT_LE(difference.norm(), bound * std::sqrt(square[unit]))
+            << i << " column " << k << " of " << unit;
       }
     }
   }

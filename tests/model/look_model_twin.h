@@ -13,9 +13,9 @@
 
 /// The explicit model of a look once more, for any scalar type: written from the text of the model
 /// (look equations, corrected path, track axes), with other formulas than the library where there
-/// are others. Velocity and acceleration of the corrected path are numerical derivatives of its
-/// position, so that the turning of the track axes cannot be forgotten; the time at which the cone
-/// holds the point is found by the secant method. Meant for 50 digits.
+/// are others. Velocity, acceleration and jerk of the corrected path are numerical derivatives of
+/// its position, so that the turning of the track axes cannot be forgotten; the time at which the
+/// cone holds the point is found by the secant method. Meant for 50 digits.
 namespace sarblock::test {
 
 template <typename T>
@@ -110,7 +110,7 @@ class LookModelTwin {
     T path_time = measured, squint_bias = 0, range_bias = 0, range_scale = 0, delay = 0;
     T across = 0, up = 0;
     std::vector<std::pair<T, T>> airs;  // zenith delay and scale height
-    const T step("1e-8");
+    const T step("1e-7");  // third differences: 1e-23 of rounding, 1e-14 of truncation
     const auto sum = [&](const CorrectionGroup& group, const std::string& name) {
       return value(group.shared ? group.name : pass.id, name);
     };
@@ -119,11 +119,29 @@ class LookModelTwin {
     });
     const T after = path_time - read;
     const Reading at = Read(pass, read);
-    const Vec<T> s0 = Position(pass, measured, read, at, T(0), value);
-    const Vec<T> later = Position(pass, measured, read, at, step, value);
-    const Vec<T> earlier = Position(pass, measured, read, at, -step, value);
+    const std::array<Vec<T>, 3> axes = Axes(at, T(0));
+    const std::array<Vec<T>, 3> axes_later = Axes(at, step), axes_earlier = Axes(at, -step);
+    const auto position = [&](const T& tau, const std::array<Vec<T>, 3>& track) {
+      return Position(pass, measured, read, at, tau, track, value);
+    };
+    const Vec<T> s0 = position(T(0), axes);
+    const Vec<T> later = position(step, axes_later), earlier = position(-step, axes_earlier);
     const Vec<T> s1 = (T(1) / (T(2) * step)) * (later - earlier);
     const Vec<T> s2 = (T(1) / (step * step)) * ((later - s0) - (s0 - earlier));
+    // The third derivative, with axes that turn to second order.
+    const auto near = [&](const T& tau) {
+      std::array<Vec<T>, 3> track;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vec<T> rate = (T(1) / (T(2) * step)) * (axes_later[k] - axes_earlier[k]);
+        const Vec<T> bend =
+            (T(1) / (step * step)) * ((axes_later[k] - axes[k]) - (axes[k] - axes_earlier[k]));
+        track[k] = axes[k] + tau * (rate + (tau / T(2)) * bend);
+      }
+      return position(tau, track);
+    };
+    const Vec<T> s3 =
+        (T(1) / (T(2) * step * step * step)) *
+        ((near(T(2) * step) - near(-T(2) * step)) - T(2) * (near(step) - near(-step)));
     const TwinVertical<T> vertical = VerticalOf(block_.frame, p);
     ForEachGroup(pass, [&](const CorrectionGroup& group) {
       if (const auto* c = std::get_if<VelocityCorrection>(&group.model)) {
@@ -138,8 +156,6 @@ class LookModelTwin {
         airs.emplace_back(sum(group, "troposphere.zenith"), air->scale_height_m);
       }
     });
-    const std::array<Vec<T>, 3> axes = Axes(at, T(0));
-    const std::array<Vec<T>, 3> axes_later = Axes(at, step), axes_earlier = Axes(at, -step);
     const T cone = block_.looks.cone.empty() ? 0.0 : block_.looks.cone[look];
     const auto turned = [&](std::size_t axis, const T& dt) {
       return axes[axis] + (dt / (T(2) * step)) * (axes_later[axis] - axes_earlier[axis]);
@@ -148,8 +164,8 @@ class LookModelTwin {
     const bool measures_doppler = block_.MeasuresDoppler(look);
     // e_d a time dt after the reading, with df added to a Doppler.
     const auto off_cone_at = [&](const T& dt, const T& df) {
-      const Vec<T> v = s1 + dt * s2 + (dt * dt / T(2)) * at.jerk;
-      d = p - (s0 + dt * (s1 + (dt / T(2)) * (s2 + (dt / T(3)) * at.jerk)));
+      const Vec<T> v = s1 + dt * s2 + (dt * dt / T(2)) * s3;
+      d = p - (s0 + dt * (s1 + (dt / T(2)) * (s2 + (dt / T(3)) * s3)));
       const Vec<T> cone_axis = v + Norm(v) * (across * turned(1, dt) + up * turned(2, dt));
       T tau = cone;
       if ((block_.looks.flags[look] & Looks::kDoppler) != 0) {
@@ -261,17 +277,17 @@ class LookModelTwin {
     }
   }
 
-  /// Corrected position a time `tau` after a reading at path time `read`; the measured time chooses
-  /// the piece of a spline.
+  /// Corrected position a time `tau` after a reading at path time `read`, `track` the axes then;
+  /// the measured time chooses the piece of a spline.
   Vec<T> Position(const Pass& pass,
                   const T& measured,
                   const T& read,
                   const Reading& at,
                   const T& tau,
+                  const std::array<Vec<T>, 3>& track,
                   const Value& value) const {
     const T t = read + tau;
     Vec<T> s = Moved(at, tau);
-    const std::array<Vec<T>, 3> track = Axes(at, tau);
     static const std::array<std::array<const char*, 3>, 2> kNames = {
         {{"along", "across", "up"}, {"x", "y", "z"}}};
     ForEachGroup(pass, [&](const CorrectionGroup& group) {
