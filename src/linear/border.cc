@@ -44,6 +44,7 @@ BorderPattern::BorderPattern(const BlockPattern& matrix,
       columns_(matrix.rows()),
       group_of_(AsPlace(columns_), -1),
       place_of_(AsPlace(columns_), 0) {
+  if (terms == 0) return;
   const std::vector<int> component = ComponentsOf(matrix);
   std::vector<int> group_of_component(component.size(), -1);
   for (const auto& [term, block] : places) {
@@ -69,7 +70,7 @@ BorderPattern::BorderPattern(const BlockPattern& matrix,
       columns.push_back(matrix.offset(block) + i);
     }
   }
-  CountValues();
+  Finish();
 }
 
 BorderPattern::BorderPattern(int terms, int columns)
@@ -84,13 +85,16 @@ BorderPattern::BorderPattern(int terms, int columns)
     std::iota(all.terms.begin(), all.terms.end(), 0);
     all.columns = place_of_;
   }
-  CountValues();
+  Finish();
 }
 
-void BorderPattern::CountValues() {
-  for (Group& group : groups_) {
+void BorderPattern::Finish() {
+  groups_of_.resize(AsPlace(terms_));
+  for (std::size_t g = 0; g < groups_.size(); ++g) {
+    Group& group = groups_[g];
     group.begin = value_count_;
     value_count_ += group.terms.size() * group.columns.size();
+    for (const int term : group.terms) groups_of_[AsPlace(term)].push_back(static_cast<int>(g));
   }
 }
 

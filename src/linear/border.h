@@ -38,6 +38,10 @@ class BorderPattern {
   [[nodiscard]] std::size_t value_count() const { return value_count_; }
   /// The largest number of terms of a group.
   [[nodiscard]] int MaxTerms() const;
+  /// Groups in which a term has values, ascending.
+  [[nodiscard]] const std::vector<int>& GroupsOf(int term) const {
+    return groups_of_[static_cast<std::size_t>(term)];
+  }
   /// Multiplications of T A^-1 T'.
   [[nodiscard]] double SquareOperations() const;
   /// Group of a column, -1 where T is zero.
@@ -50,11 +54,13 @@ class BorderPattern {
   }
 
  private:
-  void CountValues();
+  /// What follows from the groups.
+  void Finish();
 
   int terms_ = 0, columns_ = 0;
   std::vector<Group> groups_;
-  std::vector<int> group_of_, place_of_;  // by column
+  std::vector<std::vector<int>> groups_of_;  // by term
+  std::vector<int> group_of_, place_of_;     // by column
   std::size_t value_count_ = 0;
 };
 

@@ -181,7 +181,8 @@ TEST(DividedFrontsTest, CarryABorder) {
     cholesky.Solve(x);
     const BorderedInverse inverse = cholesky.SelectedInverse();
     const auto blocks = inverse.blocks.values();
-    return std::tuple(x, inverse.border.ToDense(), std::vector<double>(blocks.begin(), blocks.end()));
+    return std::tuple(
+        x, inverse.border.ToDense(), std::vector<double>(blocks.begin(), blocks.end()));
   };
   const auto [x, of_border, blocks] = give();
   for (const int size : {2, 4}) {
