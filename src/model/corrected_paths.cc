@@ -158,10 +158,13 @@ CorrectedPath::SteadyAcceleration CorrectedPath::FindSteadyAcceleration(const Fl
     if (median <= kMaxTurn) break;
   }
   out.step_s = 0.5 * best_s;
-  out.start_s = first_s;
-  const auto knots = static_cast<std::size_t>((last_s - first_s) / out.step_s) + 2;
+  // Over the whole path: a time bias may read anywhere.
+  out.start_s =
+      first_s - std::ceil(std::max(0.0, first_s - path.start_s()) / out.step_s) * out.step_s;
+  const double end_s = std::max(last_s, path.end_s());
+  const auto knots = static_cast<std::size_t>((end_s - out.start_s) / out.step_s) + 2;
   for (std::size_t k = 0; k < knots; ++k) {
-    const double time_s = first_s + static_cast<double>(k) * out.step_s;
+    const double time_s = out.start_s + static_cast<double>(k) * out.step_s;
     out.knots_mps2.push_back(VelocitySlope_mps2(path, time_s, best_s));
   }
   return out;
@@ -185,14 +188,9 @@ double CorrectedPath::AnchorStep_s(double sigma_m) const {
 }
 
 bool CorrectedPath::Anchor(double bias_s, double slack) {
-  double anchor_s = 0.0;
-  if (anchor_step_s_ > 0.0) {
-    if (std::abs(bias_s - anchor_s_) <= (0.5 + slack) * anchor_step_s_ && slack > 0.0) return false;
-    anchor_s = anchor_step_s_ * std::round(bias_s / anchor_step_s_);
-  }
-  const bool changed = anchor_s != anchor_s_;
-  anchor_s_ = anchor_s;
-  return changed;
+  if (!LeavesAnchor(bias_s, slack)) return false;
+  anchor_s_ = anchor_step_s_ * std::round(bias_s / anchor_step_s_);
+  return true;
 }
 
 bool CorrectedPath::ReadNominal(double time_s, Motion* out, std::size_t* piece) const {
@@ -361,6 +359,14 @@ bool CorrectedPaths::Anchor(const Eigen::VectorXd& x, double slack, Anchors whic
     changed = paths_[pass].Anchor(layout_.TimeBias_s(pass, x), slack) || changed;
   }
   return changed;
+}
+
+bool CorrectedPaths::LeaveNoisyAnchors(const Eigen::VectorXd& x, double slack) const {
+  for (std::size_t pass = 0; pass < paths_.size(); ++pass) {
+    const CorrectedPath& path = paths_[pass];
+    if (path.HasNoisyAnchor() && path.LeavesAnchor(layout_.TimeBias_s(pass, x), slack)) return true;
+  }
+  return false;
 }
 
 bool CorrectedPaths::HasNoisyAnchors() const {

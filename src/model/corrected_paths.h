@@ -49,7 +49,7 @@ struct PathReading {
   PathReading() = default;
   PathReading(const PathReading&) = delete;  // it points to itself
   PathReading& operator=(const PathReading&) = delete;
-  Motion motion;  ///< corrected; the jerk lacks A''' delta
+  Motion motion;                          ///< corrected; the jerk lacks A''' delta
   const Eigen::Matrix3d* axes = nullptr;  ///< track axes, where a correction needs them
   std::optional<TrackAxes> turning;       ///< the same with their derivatives, where they turn
   std::size_t term_count = 0;
@@ -78,8 +78,8 @@ class CorrectedPath {
   /// Part of the speed at which the cone passes over a point; where noise of the states turns the
   /// cone by more, the acceleration of the path without that noise takes the place of the cubic's.
   static constexpr double kMaxTurn = 0.01;
-  /// That from which on anchors stay where they were on the way to a solution. Recorded orbits have
-  /// 1e-6 to 1e-5, recorded flights 5e-3 and more.
+  /// That above which each place is another path (HasNoisyAnchor). The recorded orbits of
+  /// datasets/scenes have 1e-6 to 1e-5, its recorded flights 5e-3 and more.
   static constexpr double kSteadyTurn = 1e-3;
 
   [[nodiscard]] const FlightPath& path() const { return *path_; }
@@ -99,8 +99,13 @@ class CorrectedPath {
   /// its derivatives for what is left, less than half a step. The anchor stays where the bias is
   /// within half a step and `slack` of one.
   bool Anchor(double bias_s, double slack = 0.0);
+  /// Whether a time bias is farther from the anchor than that.
+  [[nodiscard]] bool LeavesAnchor(double bias_s, double slack) const {
+    return anchor_step_s_ > 0.0 && std::abs(bias_s - anchor_s_) > (0.5 + slack) * anchor_step_s_;
+  }
   /// Whether each place of the path is another path: noise of its states, or turbulence between
-  /// them, moves a solution with its anchor, and an anchor that followed would never stay.
+  /// them, moves a solution with its anchor, and an anchor that followed every step of the bias
+  /// would never stay.
   [[nodiscard]] bool HasNoisyAnchor() const {
     return anchor_step_s_ > 0.0 && turning_.largest > kSteadyTurn;
   }
@@ -172,7 +177,9 @@ class CorrectedPaths {
   /// Sets the anchors to the time biases in all corrections `x` of the block; returns whether one
   /// changed (CorrectedPath::Anchor).
   bool Anchor(const Eigen::VectorXd& x, double slack = 0.0, Anchors which = Anchors::kAll);
-  /// Whether a pass has an anchor that matters (CorrectedPath::HasNoisyAnchor).
+  /// Whether the time bias of a pass leaves its noisy anchor (CorrectedPath::LeavesAnchor).
+  [[nodiscard]] bool LeaveNoisyAnchors(const Eigen::VectorXd& x, double slack) const;
+  /// Whether a pass has a noisy anchor (CorrectedPath::HasNoisyAnchor).
   [[nodiscard]] bool HasNoisyAnchors() const;
   /// Those of other corrections of the same passes.
   void AnchorLike(const CorrectedPaths& other);

@@ -108,7 +108,11 @@ class LookModel {
   bool Anchor(const Eigen::VectorXd& x, double slack = 0.0, Anchors which = Anchors::kAll) {
     return paths_.Anchor(x, slack, which);
   }
-  /// Whether a pass has an anchor that matters (CorrectedPath::HasNoisyAnchor).
+  /// Whether the time bias of a pass leaves its noisy anchor (CorrectedPath::LeavesAnchor).
+  [[nodiscard]] bool LeaveNoisyAnchors(const Eigen::VectorXd& x, double slack) const {
+    return paths_.LeaveNoisyAnchors(x, slack);
+  }
+  /// Whether a pass has a noisy anchor (CorrectedPath::HasNoisyAnchor).
   [[nodiscard]] bool HasNoisyAnchors() const { return paths_.HasNoisyAnchors(); }
   /// Reads the same passes where another model does.
   void AnchorLike(const LookModel& other) { paths_.AnchorLike(other.paths_); }

@@ -65,14 +65,13 @@ constexpr double kConjugateGradients = 1e-3;
 
 /// Reports each iteration and ends the solution at a step below `settled` sigmas. The relative
 /// change of cost that Ceres tests is not enough: 1e-6 sigmas change a cost of a thousand by less
-/// than its rounding. Ends it too where steps creep: more of them would not end it.
+/// than its rounding. Without a loss it ends too where steps creep.
 class IterationWatch final : public ceres::IterationCallback {
  public:
   IterationWatch(ProgressSink* sink, const SolveOptions& options, bool least_squares)
       : sink_(sink),
         most_(options.max_iterations),
         least_squares_(least_squares),
-        leave_creeping_(options.leave_creeping),
         last_step_(kLastStepPart * options.settle_below) {}
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
     if (sink_ != nullptr) {
@@ -84,7 +83,7 @@ class IterationWatch final : public ceres::IterationCallback {
     }
     if (least_squares_ && summary.iteration > 0 && summary.step_is_valid) {
       if (Settled(summary)) return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
-      if (leave_creeping_ && summary.step_is_successful) CountCreeping(LengthOf(summary));
+      if (summary.step_is_successful) CountCreeping(LengthOf(summary));
       if (creeps()) return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
     }
     stagnates_ = progress_.Stagnates(
@@ -112,7 +111,7 @@ class IterationWatch final : public ceres::IterationCallback {
 
   ProgressSink* sink_;
   int most_;
-  bool least_squares_, leave_creeping_;
+  bool least_squares_;
   double last_step_;
   ProgressOfSteps progress_;
   bool stagnates_ = false;

@@ -51,8 +51,6 @@ struct SolveOptions {
   /// what follows does (NewtonFinish).
   bool take_last_step = false;                    ///< of SolveReduced
   CeresSolver ceres_solver = CeresSolver::kAuto;  ///< of SolveWithCeres
-  /// Ends where steps creep (SolveReport::creeps); of SolveWithCeres, without a loss.
-  bool leave_creeping = false;
   /// v'Pv above which a solution is of no use: after three steps, refused ones included, it is
   /// given up where four times
   /// what the next Newton step promises (the equations are bent) would not bring it there.

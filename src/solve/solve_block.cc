@@ -92,6 +92,9 @@ constexpr double kApproached = 1.0;
 constexpr double kAnchorSlack = 0.25, kLateAnchorSlack = 30.0;
 /// Steps after each of which noisy paths are read at their time biases.
 constexpr int kMaxFollowingSteps = 8;
+constexpr const char* kStrays =
+    "time biases go on leaving the places of their flight paths that looks are read at: they are "
+    "hardly determined (tighter priors, fewer corrections)";
 constexpr int kMaxFinishingSteps = 25;
 constexpr int kMaxRounds = 5;
 /// Rounds of leaving out mirror solutions and taking back points that fit then.
@@ -139,6 +142,41 @@ bool NewtonFinish(const AdjustOptions& options,
          system->FactorDamped();
 }
 
+namespace {
+
+/// One part of a solution after those before it.
+void AddTo(const SolveReport& part, SolveReport* total) {
+  if (total->iterations == 0) total->initial_cost = part.initial_cost;
+  total->iterations += part.iterations;
+  total->curved = total->curved || part.curved;
+  total->converged = part.converged;
+  total->final_cost = part.final_cost;
+  total->message = part.message;
+}
+
+/// Finds where noisy paths are read (CorrectedPath::HasNoisyAnchor): at their time biases after
+/// each of the first steps. The steps are the reduced engine's whichever engine goes on, so that
+/// every engine solves the same equations.
+void FollowTimeBiases(const Weighting& weighting,
+                      int allowed,
+                      AdjustmentProblem* problem,
+                      BlockState* state,
+                      ReducedSystem* system,
+                      SolveReport* total,
+                      ProgressSink* progress) {
+  SolveOptions one;
+  one.max_iterations = 1;
+  one.settle_below = kApproached;
+  for (int step = 0; step < kMaxFollowingSteps && total->iterations + 1 < allowed; ++step) {
+    const SolveReport report = SolveReduced(*problem, weighting, one, system, state, progress);
+    AddTo(report, total);
+    problem->model.Anchor(state->corrections, kAnchorSlack, Anchors::kNoisy);
+    if (report.iterations == 0) break;
+  }
+}
+
+}  // namespace
+
 SolveReport SolveRounds(const Weighting& weighting,
                         const AdjustOptions& options,
                         AdjustmentProblem* problem,
@@ -160,28 +198,10 @@ SolveReport SolveRounds(const Weighting& weighting,
   std::optional<ReducedSystem> own;
   std::optional<ReducedSystem>& system = solved == nullptr ? own : *solved;
   system.emplace(*problem, KeptFactors::kMaxBytes);
-  const auto add = [&total](const SolveReport& report) {
-    if (total.iterations == 0) total.initial_cost = report.initial_cost;
-    total.iterations += report.iterations;
-    total.curved = total.curved || report.curved;
-    total.converged = report.converged;
-    total.final_cost = report.final_cost;
-    total.message = report.message;
-  };
   Weighting weighted = weighting;
   if (least_squares) weighted.renewed = &problem->weights;
-  // Each place of a noisy path is another path: where it is read is found step by step, by the same
-  // steps for both engines, and stays.
   if (least_squares && problem->model.HasNoisyAnchors()) {
-    SolveOptions one;
-    one.max_iterations = 1;
-    one.settle_below = kApproached;
-    for (int step = 0; step < kMaxFollowingSteps && total.iterations + 1 < allowed; ++step) {
-      const SolveReport report = SolveReduced(*problem, weighted, one, &*system, state, progress);
-      add(report);
-      problem->model.Anchor(state->corrections, kAnchorSlack, Anchors::kNoisy);
-      if (report.iterations == 0) break;
-    }
+    FollowTimeBiases(weighted, allowed, problem, state, &*system, &total, progress);
   }
   bool creeps = false;
   bool finished = false;  // at the places where the paths were read
@@ -197,17 +217,16 @@ SolveReport SolveRounds(const Weighting& weighting,
         approach ? kApproached : std::max(options.tolerance, least_squares ? 0.0 : kLossSettled);
     solve.take_last_step = approach && least_squares;
     solve.ceres_solver = options.ceres_solver;
-    solve.leave_creeping = least_squares;
     // Ceres has no second derivatives: what creeps without them is the reduced engine's.
     const bool by_ceres = ceres && (approach || least_squares) && !creeps;
     if (by_ceres && !finished) {
       const SolveReport report = SolveWithCeres(*problem, weighting, solve, state, progress);
-      add(report);
+      AddTo(report, &total);
       creeps = report.creeps;
       solve.max_iterations = std::max(1, allowed - total.iterations);
     }
     if ((!by_ceres || creeps) && !finished) {
-      add(SolveReduced(*problem, weighted, solve, &*system, state, progress));
+      AddTo(SolveReduced(*problem, weighted, solve, &*system, state, progress), &total);
     }
     if (least_squares) {
       if (round == 0) problem->model.Anchor(state->corrections, 0.0, Anchors::kSteady);
@@ -220,9 +239,18 @@ SolveReport SolveRounds(const Weighting& weighting,
         if (!total.converged) total.message = LimitReached(options.max_iterations);
         break;
       }
+      if (round + 1 == kMaxRounds) {
+        if (finished && problem->model.LeaveNoisyAnchors(state->corrections, kLateAnchorSlack)) {
+          total.converged = false;
+          total.message = kStrays;
+        }
+        break;
+      }
       const double slack = round == 0 ? kAnchorSlack : kLateAnchorSlack;
-      const bool last = round + 1 == kMaxRounds;
-      if (!last && problem->model.Anchor(state->corrections, slack, Anchors::kSteady)) continue;
+      const bool steady = problem->model.Anchor(state->corrections, slack, Anchors::kSteady);
+      const bool noisy =
+          problem->model.Anchor(state->corrections, kLateAnchorSlack, Anchors::kNoisy);
+      if (steady || noisy) continue;
       if (finished || round > 1) break;
       continue;  // a damped solution to the end
     }

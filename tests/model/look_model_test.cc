@@ -226,10 +226,10 @@ TEST_P(LookModelTest, AgreesWithItsTwinInFiftyDigits) {
       EXPECT_EQ(column, columns.column_count);
       for (std::size_t k = 0; k < differences.size(); ++k) {
         const auto& [unit, difference] = differences[k];
-        // The crossing is found to 1e-12 of the range (src/model/look_evaluation.h). In that time a
-        // Legendre polynomial of degree 5, of a correction in metres, changes by 15 over half of a
-        // pass at most, and by its third derivative, 420 over the cube of that, the rate at which
-        // the cone passes over the point.
+        // The crossing is found to 1e-12 of the range (src/model/look_evaluation.h). In that time
+        // two things change: a Legendre polynomial of degree 5 by 15 in half of a pass at most, and
+        // the rate at which the cone passes over the point by the third derivative of the
+        // corrections, 420 over the cube of half a pass for a metre of that polynomial.
         const double found_s = 1e-12 * block.looks.range_m[i] / speed_mps;
         const double half_s = 0.5 * length_s;
         const double jerk_mps3 =

@@ -43,9 +43,8 @@ bool Unique(const Block& block, const AdjustResult& result, std::size_t point) {
                      [](float weight) { return weight >= 1.0F; });
 }
 
-/// Largest distance of two solutions in sigmas: of a point sqrt(d' Q^-1 d), of a correction
-/// |d|/sigma.
-double LargestShift(const Block& block, const AdjustResult& a, const AdjustResult& b) {
+/// Largest distance of a point of two solutions in sigmas, sqrt(d' Q^-1 d).
+double LargestShiftOfPoints(const Block& block, const AdjustResult& a, const AdjustResult& b) {
   double largest = 0.0;
   for (std::size_t i = 0; i < a.points.status.size(); ++i) {
     if (!IsSolved(a.points.status[i]) || !Unique(block, a, i)) continue;
@@ -55,6 +54,12 @@ double LargestShift(const Block& block, const AdjustResult& a, const AdjustResul
                                     (a.points.position_m[i] - b.points.position_m[i]);
     largest = std::max(largest, std::sqrt(shift_m.dot(covariance.llt().solve(shift_m))));
   }
+  return largest;
+}
+
+/// The same of points and of corrections, |d|/sigma.
+double LargestShift(const Block& block, const AdjustResult& a, const AdjustResult& b) {
+  double largest = LargestShiftOfPoints(block, a, b);
   for (std::size_t k = 0; k < a.parameters.size(); ++k) {
     largest = std::max(
         largest, std::abs(a.parameters[k].value - b.parameters[k].value) / a.parameters[k].sigma);
@@ -150,6 +155,23 @@ TEST(RecordedEnginesTest, GiveTheSameOnRecordedFlightsWithTimeBiases) {
       ExpectSameOutcome(reduced, ceres);
       EXPECT_LT(LargestShift(made.block, reduced, ceres), 1e-6);
     }
+  }
+}
+
+// Invariance: where clocks are two seconds off the noisy paths are read two seconds later, by as
+// good an acceleration there. The noise of the states moves v'Pv by less than a percent.
+TEST(RecordedEnginesTest, FollowClocksThatAreSecondsOff) {
+  SceneBlock made = test::SimulatedSceneBlock("scenes/recorded", "uav", {"points.count=150"});
+  AdjustOptions options = Biased(made, 0);
+  std::get<TimeCorrection>(options.groups.back().model).bias_prior_sigma_s = 10.0;
+  const AdjustResult right = Adjust(made.block, options);
+  for (double& time_s : made.block.looks.time_s) time_s -= 2.0;
+  for (const Engine engine : {Engine::kReduced, Engine::kCeres}) {
+    options.engine = engine;
+    const AdjustResult shifted = Adjust(made.block, options);
+    ASSERT_TRUE(shifted.usable());
+    EXPECT_NEAR(shifted.final_cost, right.final_cost, 0.01 * right.final_cost);
+    EXPECT_LT(LargestShiftOfPoints(made.block, right, shifted), 1.0);
   }
 }
 
