@@ -203,29 +203,28 @@ SolveReport SolveRounds(const Weighting& weighting,
   if (least_squares && problem->model.HasNoisyAnchors()) {
     FollowTimeBiases(weighted, allowed, problem, state, &*system, &total, progress);
   }
-  bool creeps = false;
   bool finished = false;  // at the places where the paths were read
   for (int round = 0; round < kMaxRounds; ++round) {
     SolveOptions solve;
     solve.curved = total.curved;
     solve.max_iterations = std::max(1, allowed - total.iterations);
     solve.threads = options.threads;
-    // First come near; least squares are finished by steps that need no damping, a loss by the
-    // reduced engine with its second order.
+    // The engine that was asked for comes near; what is left is the reduced engine's: least squares
+    // are finished by steps that need no damping, a loss by second derivatives.
     const bool approach = round == 0;
     solve.settle_below =
         approach ? kApproached : std::max(options.tolerance, least_squares ? 0.0 : kLossSettled);
     solve.take_last_step = approach && least_squares;
     solve.ceres_solver = options.ceres_solver;
-    // Ceres has no second derivatives: what creeps without them is the reduced engine's.
-    const bool by_ceres = ceres && (approach || least_squares) && !creeps;
-    if (by_ceres && !finished) {
+    bool comes_near = !finished;
+    if (approach && ceres) {
       const SolveReport report = SolveWithCeres(*problem, weighting, solve, state, progress);
       AddTo(report, &total);
-      creeps = report.creeps;
+      // Ceres has no second derivatives: what creeps without them is the reduced engine's.
+      comes_near = report.creeps;
       solve.max_iterations = std::max(1, allowed - total.iterations);
     }
-    if ((!by_ceres || creeps) && !finished) {
+    if (comes_near) {
       AddTo(SolveReduced(*problem, weighted, solve, &*system, state, progress), &total);
     }
     if (least_squares) {
