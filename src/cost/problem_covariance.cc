@@ -492,7 +492,7 @@ struct ProblemCovariance::Impl {
         x = column;
       }
       x.normalize();
-      least = x.dot(equations->Multiply(x));
+      least = x.dot(equations->Multiply(x).col(0));
     }
     if (least > kDetermined) {
       if (factor->Factorize(*equations).positive_definite) return;

@@ -312,8 +312,8 @@ Eigen::MatrixXd BorderedMatrix::ToDense() const {
   return sparse.ToDense() - t.transpose() * t;
 }
 
-Eigen::VectorXd BorderedMatrix::Multiply(const Eigen::Ref<const Eigen::VectorXd>& x) const {
-  Eigen::VectorXd out = sparse.Multiply(x);
+Eigen::MatrixXd BorderedMatrix::Multiply(const Eigen::Ref<const Eigen::MatrixXd>& x) const {
+  Eigen::MatrixXd out = sparse.Multiply(x);
   if (border.terms() > 0) border.AddTransposedTimes(-border.Times(x), out);
   return out;
 }

@@ -112,7 +112,7 @@ struct BorderedMatrix {
   [[nodiscard]] int rows() const { return sparse.rows(); }
   [[nodiscard]] Eigen::VectorXd Diagonal() const;
   [[nodiscard]] Eigen::MatrixXd ToDense() const;
-  [[nodiscard]] Eigen::VectorXd Multiply(const Eigen::Ref<const Eigen::VectorXd>& x) const;
+  [[nodiscard]] Eigen::MatrixXd Multiply(const Eigen::Ref<const Eigen::MatrixXd>& x) const;
   /// D S D with the diagonal matrix D of rows() elements.
   [[nodiscard]] BorderedMatrix Scaled(const Eigen::VectorXd& d) const;
 };

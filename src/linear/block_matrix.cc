@@ -118,19 +118,19 @@ Eigen::MatrixXd BlockSymmetricMatrix::ToDense() const {
   return dense;
 }
 
-Eigen::VectorXd BlockSymmetricMatrix::Multiply(const Eigen::Ref<const Eigen::VectorXd>& x) const {
-  CHECK_EQ(x.size(), rows());
-  Eigen::VectorXd y = Eigen::VectorXd::Zero(rows());
+Eigen::MatrixXd BlockSymmetricMatrix::Multiply(const Eigen::Ref<const Eigen::MatrixXd>& x) const {
+  CHECK_EQ(x.rows(), rows());
+  Eigen::MatrixXd y = Eigen::MatrixXd::Zero(rows(), x.cols());
   for (int j = 0; j < block_count(); ++j) {
     for (const int i : RowsOfColumn(j)) {
       const Eigen::Map<const Eigen::MatrixXd> block = Block(i, j);
       if (i == j) {
-        y.segment(offset(j), size(j)) +=
-            block.selfadjointView<Eigen::Lower>() * x.segment(offset(j), size(j));
+        y.middleRows(offset(j), size(j)) +=
+            block.selfadjointView<Eigen::Lower>() * x.middleRows(offset(j), size(j));
       } else {
-        y.segment(offset(i), size(i)).noalias() += block * x.segment(offset(j), size(j));
-        y.segment(offset(j), size(j)).noalias() +=
-            block.transpose() * x.segment(offset(i), size(i));
+        y.middleRows(offset(i), size(i)).noalias() += block * x.middleRows(offset(j), size(j));
+        y.middleRows(offset(j), size(j)).noalias() +=
+            block.transpose() * x.middleRows(offset(i), size(i));
       }
     }
   }

@@ -119,8 +119,8 @@ class BlockSymmetricMatrix {
   [[nodiscard]] std::span<const double> values() const { return values_; }
   void SetZero();
   [[nodiscard]] Eigen::MatrixXd ToDense() const;
-  /// The product with a vector of rows() elements.
-  [[nodiscard]] Eigen::VectorXd Multiply(const Eigen::Ref<const Eigen::VectorXd>& x) const;
+  /// The product with the columns of x, each of rows() elements.
+  [[nodiscard]] Eigen::MatrixXd Multiply(const Eigen::Ref<const Eigen::MatrixXd>& x) const;
 
  private:
   std::shared_ptr<const BlockPattern> pattern_;

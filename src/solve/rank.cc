@@ -36,9 +36,7 @@ void Orthonormalise(Eigen::MatrixXd* x) { *x = dense::Orthogonal(*x).Q(x->cols()
 
 /// Rotates the columns to the Ritz vectors of `matrix`; returns the Ritz values.
 Eigen::VectorXd Ritz(const BorderedMatrix& matrix, Eigen::MatrixXd* x) {
-  Eigen::MatrixXd product(x->rows(), x->cols());
-  for (Eigen::Index c = 0; c < x->cols(); ++c) product.col(c) = matrix.Multiply(x->col(c));
-  const Eigen::MatrixXd h = x->transpose() * product;
+  const Eigen::MatrixXd h = x->transpose() * matrix.Multiply(*x);
   const dense::Eigenpairs eigen = dense::SymmetricEigenpairs(0.5 * (h + h.transpose()));
   *x = *x * eigen.vectors;
   return eigen.values;
@@ -128,7 +126,7 @@ struct Context {
 /// Figures of a unit direction v of the scaled parameters.
 WeakDirection Judge(const Context& context, const VectorXd& v) {
   WeakDirection out;
-  out.eigenvalue = std::max(0.0, v.dot(context.scaled.Multiply(v)));
+  out.eigenvalue = std::max(0.0, v.dot(context.scaled.Multiply(v).col(0)));
   double priors = 0.0, effect_m = 0.0;
   for (Index i = 0; i < v.size(); ++i) {
     const double moved = v[i] * context.scale[i];
