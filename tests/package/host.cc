@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // A program with threads and loops of its own, compiled under ThreadSanitizer where there is one:
-// two adjustments of one const block at once, its own loops of TBB beside them, and a third one
-// that another thread stops. Adjustments at once are those alone to the bit, the loops have all
-// threads of the process, the stop is seen.
+// two adjustments of one const block at once, its own loops of TBB and threads that read HDF5 files
+// beside them, and a third one that another thread stops. Adjustments at once are those alone to
+// the bit, what is read is what was written, the loops have all threads of the process, the stop is
+// seen.
 #include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -17,6 +19,7 @@
 #include <sarblock/adjust/adjust.h>
 #include <sarblock/core/error.h>
 #include <sarblock/core/statistics.h>
+#include <sarblock/files/block_file.h>
 
 namespace {
 
@@ -96,12 +99,22 @@ int main() {
     return tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
   };
   const std::size_t threads = of_the_process();
-  std::atomic<bool> limited{false}, wrong{false};
-  std::vector<std::thread> adjusting;
+  std::atomic<bool> limited{false}, wrong{false}, misread{false};
+  std::vector<std::thread> working;
   for (int t = 1; t <= 2; ++t) {
-    adjusting.emplace_back([&, t] {
+    working.emplace_back([&, t] {
       for (int k = 0; k < 3; ++k) {
         if (!Same(alone, sarblock::Adjust(block, Options(t)))) wrong = true;
+      }
+    });
+  }
+  const std::filesystem::path file = "host_block.h5";
+  sarblock::files::WriteBlock(file, block, {});
+  for (int t = 0; t < 2; ++t) {
+    working.emplace_back([&] {
+      for (int k = 0; k < 5; ++k) {
+        const sarblock::Block read = sarblock::files::ReadBlock(file).block;
+        if (read.looks.range_m != block.looks.range_m) misread = true;
       }
     });
   }
@@ -111,7 +124,7 @@ int main() {
         0, 100000, [&](int i) { values[static_cast<std::size_t>(i)] += std::sqrt(i); });
     if (of_the_process() != threads) limited = true;
   }
-  for (std::thread& thread : adjusting) thread.join();
+  for (std::thread& thread : working) thread.join();
 
   Stopping sink;
   bool stopped = false;
@@ -127,11 +140,12 @@ int main() {
   sink.Stop();
   one.join();
 
-  const bool right = alone.accepted() && !limited && !wrong && stopped &&
+  const bool right = alone.accepted() && !limited && !wrong && !misread && stopped &&
                      std::abs(values[10000] - 50.0 * 100.0) < 1e-9;
-  std::printf("accepted %d, at once as alone %d, loops not limited %d, stopped %d\n",
+  std::printf("accepted %d, at once as alone %d, read %d, loops not limited %d, stopped %d\n",
               alone.accepted() ? 1 : 0,
               wrong ? 0 : 1,
+              misread ? 0 : 1,
               limited ? 0 : 1,
               stopped ? 1 : 0);
   return right ? 0 : 1;
