@@ -148,8 +148,8 @@ Eigen::MatrixXd Border::Rows(int first, int count) const {
   return out;
 }
 
-// Plain loops: of the few values of a group, what Eigen sets up for indexed rows takes three times
-// as long as the sums.
+// Plain loops: of the few values of a group, what Eigen sets up for indexed rows takes twice as
+// long as the sums.
 Eigen::MatrixXd Border::Times(const Eigen::Ref<const Eigen::MatrixXd>& x) const {
   Eigen::MatrixXd out = Eigen::MatrixXd::Zero(terms(), x.cols());
   Eigen::MatrixXd sums(pattern_->MaxTerms(), x.cols());
