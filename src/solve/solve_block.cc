@@ -156,7 +156,7 @@ void AddTo(const SolveReport& part, SolveReport* total) {
 
 /// Finds where noisy paths are read (CorrectedPath::HasNoisyAnchor): at their time biases after
 /// each of the first steps. The steps are the reduced engine's whichever engine goes on, so that
-/// every engine solves the same equations.
+/// every engine begins with the same equations.
 void FollowTimeBiases(const Weighting& weighting,
                       int allowed,
                       AdjustmentProblem* problem,
