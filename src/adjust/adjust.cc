@@ -305,7 +305,7 @@ AdjustOptions UsableOptions(const Block& block,
   AdjustOptions out = options;
   if (out.threads <= 0) out.threads = ThreadsAllowed();
   if (pairs.empty()) return out;
-  if (options.pairs == PairChoice::kNeighbours || options.pairs == PairChoice::kAll) {
+  if (options.pairs != PairChoice::kNone && options.pairs != PairChoice::kList) {
     throw InputError("pairs",
                      "are listed, and the options ask for pairs of another choice; a list, or "
                      "options.pairs, is allowed");
@@ -318,6 +318,10 @@ void RequireOffered(const AdjustOptions& options) {
   RequireInnerOffered(options);
   if (options.corrections == CorrectionChoice::kAuto && !options.priors.empty()) {
     throw InputError("adjust.prior", kNoAutomaticPriors);
+  }
+  for (const CorrectionGroup& group : options.groups) {
+    if (options.corrections != CorrectionChoice::kAuto || !HasProcess(group)) continue;
+    throw InputError("adjust.correction." + group.name + ".process", kNoAutomaticPriors);
   }
   if (options.quality.snooping != Snooping::kNone && options.robust != RobustLoss::kNone) {
     throw InputError("adjust.quality.snooping",

@@ -219,6 +219,9 @@ void FillParameters(const AdjustmentProblem& problem,
     out.unit = parameter.unit;
     out.value = state.corrections[static_cast<Eigen::Index>(i)];
     out.prior_sigma = parameter.prior_sigma;
+    out.before = parameter.before;
+    out.carried = parameter.carried;
+    out.step_sigma = parameter.step_sigma;
     result->parameters.push_back(std::move(out));
   }
   result->joint_priors.clear();

@@ -183,7 +183,17 @@ class Predictor {
           continue;
         }
         if (p.joint < 0) {
-          AddEffect(block.offset + k, -slope * p.prior_sigma, station, out);
+          // Of a process what is independent: its steps and where it starts.
+          double carried = slope;
+          int from = block.offset + k;
+          for (const Parameter* at = &p; at->before >= 0;) {
+            AddEffect(from, -carried * at->step_sigma, station, out);
+            carried *= at->carried;
+            from = at->before;
+            at = &problem_.layout.parameters[static_cast<std::size_t>(from)];
+          }
+          const auto first = static_cast<std::size_t>(from);
+          AddEffect(from, -carried * problem_.layout.parameters[first].prior_sigma, station, out);
           continue;
         }
         // Of a joint prior what is independent: the columns of its factor.

@@ -72,6 +72,11 @@ void AddCorrections(std::vector<FlightCorrection> corrections,
         kCorrectionKinds[correction.model.index()], std::move(correction.model), {}, false};
     CheckCorrection(group);
     const auto* position = std::get_if<PositionCorrection>(&group.model);
+    if (HasProcess(group)) {
+      throw InputError("correction." + group.name + ".process",
+                       "is a prior between blocks, which PriorCost() does not give; kWhite with "
+                       "residuals of one's own between coefficients is allowed");
+    }
     const bool spline =
         position != nullptr && position->basis == PositionCorrection::Basis::kSpline;
     parts->terms.push_back(spline

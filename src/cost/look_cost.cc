@@ -139,34 +139,43 @@ class ControlCost final : public ceres::CostFunction {
 class LinearCost final : public ceres::CostFunction {
  public:
   struct Term {
-    int index = 0;        ///< in the block
-    double weight = 0.0;  ///< 1 / unit of the parameter
-    double value = 0.0;   ///< c0
+    std::size_t block = 0;  ///< of those of the cost
+    int index = 0;          ///< in the block
+    double weight = 0.0;    ///< 1 / unit of the parameter
+    double value = 0.0;     ///< c0
   };
   using Row = std::vector<Term>;
 
-  LinearCost(std::vector<Row> rows, int size) : rows_(std::move(rows)), size_(size) {
+  LinearCost(std::vector<Row> rows, std::vector<int> sizes) : rows_(std::move(rows)) {
     set_num_residuals(static_cast<int>(rows_.size()));
-    mutable_parameter_block_sizes()->push_back(size_);
+    *mutable_parameter_block_sizes() = std::move(sizes);
   }
 
   bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
-    double* jacobian = jacobians == nullptr ? nullptr : jacobians[0];
-    const auto size = static_cast<std::size_t>(size_);
-    if (jacobian != nullptr) std::fill_n(jacobian, size * rows_.size(), 0.0);
+    const auto jacobian = [&](std::size_t block) {
+      return jacobians == nullptr ? nullptr : jacobians[block];
+    };
+    for (std::size_t block = 0; block < parameter_block_sizes().size(); ++block) {
+      if (jacobian(block) == nullptr) continue;
+      std::fill_n(jacobian(block), SizeOf(block) * rows_.size(), 0.0);
+    }
     for (std::size_t r = 0; r < rows_.size(); ++r) {
       residuals[r] = 0.0;
-      for (const auto [index, weight, value] : rows_[r]) {
-        residuals[r] += weight * (blocks[0][index] - value);
-        if (jacobian != nullptr) jacobian[r * size + static_cast<std::size_t>(index)] = weight;
+      for (const auto [block, index, weight, value] : rows_[r]) {
+        residuals[r] += weight * (blocks[block][index] - value);
+        if (jacobian(block) == nullptr) continue;
+        jacobian(block)[r * SizeOf(block) + static_cast<std::size_t>(index)] = weight;
       }
     }
     return true;
   }
 
  private:
+  [[nodiscard]] std::size_t SizeOf(std::size_t block) const {
+    return static_cast<std::size_t>(parameter_block_sizes()[block]);
+  }
+
   std::vector<Row> rows_;
-  int size_;
 };
 
 /// One over a standard deviation of a look.
@@ -229,10 +238,10 @@ CostPointer PriorCost(const CorrectedFlight& flight, std::size_t correction) {
   std::vector<LinearCost::Row> rows;
   for (int i = 0; i < term.size; ++i) {
     const double sigma = term.prior_sigmas[static_cast<std::size_t>(i)];
-    if (!std::isnan(sigma)) rows.push_back({{i, 1.0 / sigma, 0.0}});
+    if (!std::isnan(sigma)) rows.push_back({{0, i, 1.0 / sigma, 0.0}});
   }
   if (rows.empty()) return nullptr;
-  return std::make_unique<LinearCost>(std::move(rows), term.size);
+  return std::make_unique<LinearCost>(std::move(rows), std::vector<int>{term.size});
 }
 
 CostPointer KnownPositionCost(const Frame& frame,
@@ -277,18 +286,27 @@ CostPointer ControlCostOf(const Frame& frame,
   return std::make_unique<ControlCost>(frame, control, Origin(start_m));
 }
 
-CostPointer PriorCostOf(const ParameterLayout& layout, int block) {
+PriorOfBlock PriorCostOf(const ParameterLayout& layout, int block) {
   const ParameterBlock& of = layout.blocks[static_cast<std::size_t>(block)];
+  PriorOfBlock out{nullptr, {block}};
+  std::vector<int> sizes = {of.size};
   std::vector<LinearCost::Row> rows;
   for (const PriorRow& prior : PriorRowsOf(layout, block)) {
     LinearCost::Row& row = rows.emplace_back();
     for (const PriorRow::Term& term : prior.terms) {
       const Parameter& parameter = layout.parameters[static_cast<std::size_t>(term.parameter)];
-      row.push_back({term.parameter - of.offset, term.weight, parameter.prior_value});
+      const bool before = term.parameter < of.offset;
+      if (before && out.blocks.size() == 1) {
+        out.blocks.push_back(block - 1);
+        sizes.push_back(layout.blocks[static_cast<std::size_t>(block - 1)].size);
+      }
+      const int offset = layout.blocks[static_cast<std::size_t>(out.blocks[before ? 1 : 0])].offset;
+      row.push_back(
+          {before ? 1U : 0U, term.parameter - offset, term.weight, parameter.prior_value});
     }
   }
-  if (rows.empty()) return nullptr;
-  return std::make_unique<LinearCost>(std::move(rows), of.size);
+  if (!rows.empty()) out.cost = std::make_unique<LinearCost>(std::move(rows), std::move(sizes));
+  return out;
 }
 
 }  // namespace sarblock

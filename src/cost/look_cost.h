@@ -28,8 +28,12 @@ namespace sarblock {
                                         const ControlEquations& control,
                                         const Eigen::Vector3d* start_m);
 
-/// Priors (c - c0) / sigma of the parameters of one block that have one of their own, then the rows
-/// L^-1 (c - c0) of its joint priors; null if it has none.
-[[nodiscard]] CostPointer PriorCostOf(const ParameterLayout& layout, int block);
+/// The equations of the priors of one block.
+struct PriorOfBlock {
+  CostPointer cost;         ///< of PriorRowsOf(); null if it has none
+  std::vector<int> blocks;  ///< that it takes, in their order: the block and, where a process leads
+                            ///< to it, the one before
+};
+[[nodiscard]] PriorOfBlock PriorCostOf(const ParameterLayout& layout, int block);
 
 }  // namespace sarblock

@@ -58,7 +58,9 @@ void ScaleOwnPriors(const NameSet& names, double factor, CorrectionGroup* group)
       if (!spline) sigma_m.resize(static_cast<std::size_t>(position->degree) + 1, sigma_m.front());
       for (std::size_t k = 0; k < sigma_m.size(); ++k) {
         Parameter parameter = PositionParameter(*position, axis, k);
-        if (names.contains(NameOfPriors(parameter))) sigma_m[k] *= factor;
+        if (!names.contains(NameOfPriors(parameter))) continue;
+        sigma_m[k] *= factor;
+        position->start_sigma_m[axis] *= factor;  // NaN but of a random walk
       }
     }
   } else if (auto* velocity = std::get_if<VelocityCorrection>(&group->model)) {

@@ -23,6 +23,14 @@ constexpr std::array kCorrectionOptions = std::to_array<AdjustOption>({
   {"correction.position.degree", "integer", "0 to 15", "0", "Highest Legendre degree."},
   {"correction.position.knot_spacing_s", "number", "above 0", "none, a spline needs it",
    "Time between the knots of the spline."},
+  {"correction.position.process", "text", "white, random-walk, gauss-markov", "white",
+   "Prior of the coefficients of a spline, one after the other: independent, each the one before "
+   "plus a step (sigma_m: gained over the strip), or a first-order Gauss-Markov process (sigma_m: "
+   "stationary)."},
+  {"correction.position.correlation_time_s", "number", "above 0", "none, gauss-markov needs it",
+   "Time in which correlations of the process fall to 1/e."},
+  {"correction.position.start_sigma_m", "number or list", "above 0", "none, random-walk needs it",
+   "Prior standard deviation of the first coefficient; one number, or one a component."},
   {"correction.position.axes", "text", "track, frame", "track", "Axes of the displacement."},
   {"correction.position.components", "list", "along, across, up, or x, y, z in frame axes", "all",
    "Axes that are estimated."},
@@ -132,6 +140,45 @@ std::vector<double> ReadDegrees(const TomlValue& value, const PositionCorrection
   return sigmas;
 }
 
+// Prior of a spline's coefficients with each other.
+void ReadProcess(const TomlTable& table,
+                 const std::vector<std::size_t>& components,
+                 const std::optional<TomlValue>& sigma,
+                 PositionCorrection* model) {
+  using Process = PositionCorrection::Process;
+  if (const auto process = table.Find("process")) {
+    model->process = static_cast<Process>(process->OneOf({"white", "random-walk", "gauss-markov"}));
+    const bool spline = model->basis == PositionCorrection::Basis::kSpline;
+    if (model->process != Process::kWhite && !spline) {
+      process->Fail("is one of the coefficients of a spline, basis = \"spline\" is needed");
+    }
+    if (model->process != Process::kWhite && (!sigma || IsNone(*sigma))) {
+      process->Fail("needs sigma_m, its standard deviation");
+    }
+  }
+  const auto time = table.Find("correlation_time_s");
+  if (model->process == Process::kGaussMarkov) {
+    model->correlation_time_s = table.Require("correlation_time_s", "a number above 0").Positive();
+  } else if (time) {
+    time->Fail("belongs to process = \"gauss-markov\"");
+  }
+  const auto start = table.Find("start_sigma_m");
+  if (model->process == Process::kRandomWalk) {
+    const TomlValue& value = table.Require("start_sigma_m", "a number above 0");
+    if (value.IsArray()) {
+      const std::vector<TomlValue> entries = value.Entries();
+      const auto by_axis = ListByAxis(value, entries, components, 3);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (by_axis[axis] != nullptr) model->start_sigma_m[axis] = by_axis[axis]->Positive();
+      }
+    } else {
+      for (const std::size_t axis : components) model->start_sigma_m[axis] = value.Positive();
+    }
+  } else if (start) {
+    start->Fail("belongs to process = \"random-walk\"");
+  }
+}
+
 PositionCorrection ReadPositionCorrection(const TomlTable& table) {
   PositionCorrection model;
   if (const auto basis = table.Find("basis")) {
@@ -167,6 +214,7 @@ PositionCorrection ReadPositionCorrection(const TomlTable& table) {
   } else if (sigma && !IsNone(*sigma)) {
     for (const std::size_t axis : components) model.prior_sigma_m[axis] = {ReadPriorSigma(*sigma)};
   }
+  ReadProcess(table, components, sigma, &model);
   return model;
 }
 
@@ -366,6 +414,21 @@ class GroupDump {
     }
     List("components", components);
     if (prior) List("sigma_m", sigmas);
+    using Process = PositionCorrection::Process;
+    if (model.process == Process::kGaussMarkov) {
+      Line("process", "\"gauss-markov\"");
+      Line("correlation_time_s", NumberText(model.correlation_time_s));
+    } else if (model.process == Process::kRandomWalk) {
+      std::vector<std::string> starts;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (!model.components[axis]) continue;
+        // An axis without a prior has no start; the list has one number a component.
+        const double start_m = model.start_sigma_m[axis];
+        starts.push_back(NumberText(std::isnan(start_m) ? 1.0 : start_m));
+      }
+      Line("process", "\"random-walk\"");
+      List("start_sigma_m", starts);
+    }
   }
   void operator()(const VelocityCorrection& model) {
     std::vector<std::string> components, sigmas;

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <map>
 
+#include "core/text.h"
+
 namespace sarblock {
 namespace {
 
@@ -132,6 +134,10 @@ class LayoutBuilder {
         for (std::size_t axis = 0; axis < 3; ++axis) {
           if (!position.components[axis]) continue;
           coefficient.push_back(PositionParameter(position, axis, q));
+          const int before = static_cast<int>(layout_.parameters.size() + coefficient.size()) - 1 -
+                             term.component_count;
+          SetProcess(
+              position, term.spline.spacing_s(), term.spline.count(), before, &coefficient.back());
         }
         Append(owner, coefficient);
       }
@@ -231,6 +237,45 @@ SplineTerm MakeSplineTerm(const PositionCorrection& position, double start_s, do
   return term;
 }
 
+namespace {
+
+/// What is wrong with the process of a position correction; the key counts from the correction.
+void CheckProcess(const std::string& key, const PositionCorrection& position) {
+  using Process = PositionCorrection::Process;
+  if (position.process == Process::kWhite) return;
+  if (position.basis != PositionCorrection::Basis::kSpline) {
+    throw InputError(key + ".process", "is one of the coefficients of a spline");
+  }
+  bool any = false;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!position.components[axis] || position.prior_sigma_m[axis].empty()) continue;
+    any = true;
+    const double start_m = position.start_sigma_m[axis];
+    if (position.process == Process::kRandomWalk && !(start_m > 0.0 && std::isfinite(start_m))) {
+      throw InputError(key + ".start_sigma_m",
+                       "must be given for a random walk and above 0, the standard deviation of "
+                       "its first coefficient, got " +
+                           NumberText(start_m));
+    }
+  }
+  if (!any) throw InputError(key + ".sigma_m", "is not given, a process needs it");
+  if (position.process != Process::kGaussMarkov) return;
+  const double time_s = position.correlation_time_s;
+  if (!(time_s > 0.0 && std::isfinite(time_s))) {
+    throw InputError(
+        key + ".correlation_time_s",
+        "must be given for a Gauss-Markov process and above 0, got " + NumberText(time_s));
+  }
+  if (position.knot_spacing_s > 0.0 &&
+      !(-std::expm1(-2.0 * position.knot_spacing_s / time_s) > kMinPriorPivot)) {
+    throw InputError(key + ".correlation_time_s",
+                     "is so much longer than knot_spacing_s that neighbours are one number, got " +
+                         NumberText(time_s) + " s; a random walk, or a polynomial, is allowed");
+  }
+}
+
+}  // namespace
+
 void CheckCorrection(const CorrectionGroup& group) {
   const std::string key = "correction." + group.name;
   const auto check_sigma = [&key](double sigma) {
@@ -259,6 +304,7 @@ void CheckCorrection(const CorrectionGroup& group) {
       }
       for (const double sigma : sigma_m) check_sigma(sigma);
     }
+    CheckProcess(key, *position);
     return;
   }
   for (const Parameter& parameter : ParametersOf(group)) check_sigma(parameter.prior_sigma);
@@ -319,6 +365,13 @@ double ParameterLayout::TimeBias_s(std::size_t pass, const Eigen::VectorXd& corr
   return sum_s;
 }
 
+double ParameterLayout::StepOf(std::size_t parameter, const Eigen::VectorXd& corrections) const {
+  const Parameter& to = parameters[parameter];
+  const Parameter& from = parameters[static_cast<std::size_t>(to.before)];
+  return corrections[static_cast<Eigen::Index>(parameter)] - to.prior_value -
+         to.carried * (corrections[to.before] - from.prior_value);
+}
+
 Eigen::VectorXd ParameterLayout::FromPrior(const JointPriorTerm& prior,
                                            const Eigen::VectorXd& corrections) const {
   Eigen::VectorXd out = corrections(prior.parameters);
@@ -335,6 +388,10 @@ std::vector<PriorRow> PriorRowsOf(const ParameterLayout& layout, int block) {
   for (int i = of.offset; i < of.offset + of.size; ++i) {
     const Parameter& parameter = layout.parameters[static_cast<std::size_t>(i)];
     if (parameter.has_own_prior()) rows.push_back({{{i, 1.0 / parameter.prior_sigma}}});
+    if (parameter.before >= 0) {
+      const double weight = 1.0 / parameter.step_sigma;
+      rows.push_back({{{parameter.before, -parameter.carried * weight}, {i, weight}}});
+    }
   }
   for (const JointPriorTerm& prior : layout.joint_priors) {
     if (prior.block != block) continue;

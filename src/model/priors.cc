@@ -59,6 +59,33 @@ Parameter PositionParameter(const PositionCorrection& position,
   return out;
 }
 
+bool HasProcess(const CorrectionGroup& group) {
+  const auto* position = std::get_if<PositionCorrection>(&group.model);
+  return position != nullptr && position->process != PositionCorrection::Process::kWhite;
+}
+
+void SetProcess(const PositionCorrection& position,
+                double spacing_s,
+                std::size_t count,
+                int before,
+                Parameter* coefficient) {
+  using Process = PositionCorrection::Process;
+  if (position.process == Process::kWhite || !coefficient->has_prior()) return;
+  const double sigma_m = coefficient->prior_sigma;
+  if (position.process == Process::kGaussMarkov) {
+    const double steps = spacing_s / position.correlation_time_s;
+    coefficient->carried = std::exp(-steps);
+    coefficient->step_sigma = sigma_m * std::sqrt(-std::expm1(-2.0 * steps));
+  } else {
+    const double start_m = position.start_sigma_m[static_cast<std::size_t>(coefficient->axis)];
+    coefficient->carried = 1.0;
+    coefficient->step_sigma = sigma_m / std::sqrt(static_cast<double>(count - 1));
+    coefficient->prior_sigma =
+        std::hypot(start_m, std::sqrt(coefficient->degree) * coefficient->step_sigma);
+  }
+  if (coefficient->degree > 0) coefficient->before = before;
+}
+
 std::vector<Parameter> ParametersOf(const CorrectionGroup& group) {
   std::vector<Parameter> out;
   const auto add = [&out](ParameterKind kind, const char* name, const char* unit, double sigma) {

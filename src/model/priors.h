@@ -46,7 +46,7 @@ struct Parameter {
   std::string owner;                   ///< pass id, or the group's name where shared
   std::string name;                    ///< "position.along.0", "range.bias", ...
   std::string unit;                    ///< "m", "s", "rad", "1"
-  PriorSigma prior_sigma = kNotGiven;  ///< of a joint prior the root of its diagonal
+  PriorSigma prior_sigma = kNotGiven;  ///< of a joint prior or a process: whatever others are
   PriorValue prior_value = 0.0;  ///< in `unit`; what the prior says, drawn anew in a simulation
   ParameterKind kind = ParameterKind::kPosition;
   // Of kPosition:
@@ -55,10 +55,15 @@ struct Parameter {
   int degree = 0;       ///< of the polynomial; of a spline the number of its coefficient
   bool spline = false;  ///< coefficient of a spline
   int joint = -1;       ///< index into ParameterLayout::joint_priors; -1: none
+  // Of a coefficient that a process leads to from the one before (eq. (3c)): its prior is that
+  // c - carried c_before, with the errors of both, has the standard deviation step_sigma.
+  int before = -1;  ///< parameter of the layout; -1: none
+  double carried = 0.0;
+  PriorSigma step_sigma = kNotGiven;
 
   [[nodiscard]] bool has_prior() const { return prior_sigma == prior_sigma; }
   /// A prior that is independent of all others.
-  [[nodiscard]] bool has_own_prior() const { return has_prior() && joint < 0; }
+  [[nodiscard]] bool has_own_prior() const { return has_prior() && joint < 0 && before < 0; }
 };
 
 /// Names of position axes: along, across, up or x, y, z.
@@ -69,6 +74,18 @@ struct Parameter {
 [[nodiscard]] Parameter PositionParameter(const PositionCorrection& position,
                                           std::size_t axis,
                                           std::size_t degree);
+
+/// Whether it is a spline whose coefficients have a prior with each other.
+[[nodiscard]] bool HasProcess(const CorrectionGroup& group);
+
+/// What a process says of the coefficients along an axis of a spline with `count` of them,
+/// `spacing_s` apart: sets the priors of coefficient `coefficient`, the one before being parameter
+/// `before` of the layout. Does nothing for kWhite and without a standard deviation.
+void SetProcess(const PositionCorrection& position,
+                double spacing_s,
+                std::size_t count,
+                int before,
+                Parameter* coefficient);
 
 /// Parameters of a group in the order of their columns, without owner; none of a spline, whose
 /// number depends on the strip. Throws InputError where the group has no parameter.

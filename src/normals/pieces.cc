@@ -155,6 +155,16 @@ ReducedPattern PatternWith(const AdjustmentProblem& problem, BorderedPoints bord
       for (int term = row; term < row + 3; ++term) border.emplace_back(term, block);
     }
   }
+  // A process is carried on through knots where nothing is seen.
+  for (std::size_t b = 1; b < layout.blocks.size(); ++b) {
+    const auto first = static_cast<std::size_t>(layout.blocks[b].offset);
+    const auto end = first + static_cast<std::size_t>(layout.blocks[b].size);
+    for (std::size_t i = first; i < end; ++i) {
+      if (layout.parameters[i].before < 0) continue;
+      seen.AddPairs({static_cast<int>(b) - 1, static_cast<int>(b)});
+      break;
+    }
+  }
   out.looks = blocks_of.looks();
   out.columns = blocks_of.columns();
   out.pattern = std::make_shared<const BlockPattern>(std::move(sizes), seen.Pairs());

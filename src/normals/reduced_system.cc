@@ -194,6 +194,27 @@ bool ReducedSystem::PointsTakeNearlyAll() const {
   return (s_.Diagonal().array() < kMinRemainingPart * full_diagonal_.array()).any();
 }
 
+void ReducedSystem::AddStep(const BlockState& state, int block, int row) {
+  const ParameterLayout& layout = problem_.layout;
+  const Parameter& parameter = layout.parameters[static_cast<std::size_t>(row)];
+  const double weight = 1.0 / (parameter.step_sigma * parameter.step_sigma);
+  const double x = layout.StepOf(static_cast<std::size_t>(row), state.corrections);
+  const std::array<int, 2> rows = {row, parameter.before};
+  const std::array<int, 2> blocks = {block, block - 1};
+  const std::array<double, 2> factors = {1.0, -parameter.carried};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const int local = rows[i] - layout.blocks[static_cast<std::size_t>(blocks[i])].offset;
+    s_.sparse.Block(blocks[i], blocks[i])(local, local) += weight * factors[i] * factors[i];
+    right_side_[rows[i]] += weight * factors[i] * x;
+    full_diagonal_[rows[i]] += weight * factors[i] * factors[i];
+    full_gradient_[rows[i]] += weight * factors[i] * x;
+  }
+  const int to = row - layout.blocks[static_cast<std::size_t>(block)].offset;
+  const int from = parameter.before - layout.blocks[static_cast<std::size_t>(block - 1)].offset;
+  s_.sparse.Block(block, block - 1)(to, from) += weight * factors[1];
+  cost_ += 0.5 * weight * x * x;
+}
+
 void ReducedSystem::AddPriors(const BlockState& state) {
   const ParameterLayout& layout = problem_.layout;
   for (const FixedParameter& fixed : problem_.fixed) {
@@ -216,6 +237,7 @@ void ReducedSystem::AddPriors(const BlockState& state) {
     for (int i = 0; i < block.size; ++i) {
       const int row = block.offset + i;
       const Parameter& parameter = layout.parameters[static_cast<std::size_t>(row)];
+      if (parameter.before >= 0) AddStep(state, static_cast<int>(b), row);
       if (!parameter.has_own_prior()) continue;
       const double weight = 1.0 / (parameter.prior_sigma * parameter.prior_sigma);
       const double x = state.corrections[row] - parameter.prior_value;

@@ -141,6 +141,8 @@ class ReducedSystem {
   void ShareMoved(const std::vector<std::uint32_t>& moved) const;
   [[nodiscard]] bool PointsTakeNearlyAll() const;
   void AddPriors(const BlockState& state);
+  /// The equation of the process that leads to parameter `row` of `block`.
+  void AddStep(const BlockState& state, int block, int row);
   [[nodiscard]] BorderedMatrix Scaled();
   /// The symbolic analysis, once.
   void Analyse();

@@ -200,6 +200,10 @@ bool ContradictsPriors(const AdjustmentProblem& problem, const BlockState& state
         std::abs(value - parameter.prior_value) > kFarFromPrior * parameter.prior_sigma) {
       return true;
     }
+    if (parameter.before >= 0 && std::abs(problem.layout.StepOf(i, state.corrections)) >
+                                     kFarFromPrior * parameter.step_sigma) {
+      return true;
+    }
   }
   // Each parameter beside the others of its prior, normal as it is alone.
   for (const JointPriorTerm& prior : problem.layout.joint_priors) {

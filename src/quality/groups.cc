@@ -40,6 +40,35 @@ PriorTest TestOfPrior(const AdjustResult& result, const ParameterResult& paramet
   return out;
 }
 
+/// Of coefficients that a process leads to: the whitened step from the one before.
+void TestProcesses(const AdjustResult& result, std::vector<PriorTest>* tests) {
+  std::vector<double> with_before(result.parameters.size(), kNotGiven);
+  for (const ParameterCovariance& entry : result.parameter_covariance) {
+    const auto holds = [&](std::uint32_t to, std::uint32_t from) {
+      return result.parameters[to].before == static_cast<int>(from);
+    };
+    if (holds(entry.a, entry.b)) with_before[entry.a] = entry.covariance;
+    if (holds(entry.b, entry.a)) with_before[entry.b] = entry.covariance;
+  }
+  for (std::size_t i = 0; i < result.parameters.size(); ++i) {
+    const ParameterResult& to = result.parameters[i];
+    if (to.before < 0) continue;
+    const ParameterResult& from = result.parameters[static_cast<std::size_t>(to.before)];
+    PriorTest& test = (*tests)[i];
+    test = {};
+    const double carried_sigma = to.carried * from.sigma;
+    const double variance =
+        (to.sigma * to.sigma + carried_sigma * carried_sigma - 2.0 * to.carried * with_before[i]) /
+        (to.step_sigma * to.step_sigma * result.posterior_factor);
+    if (std::isnan(variance)) continue;
+    test.redundancy = std::clamp(1.0 - variance, 0.0, 1.0);
+    if (!IsMeasured(result) || test.redundancy <= kMinRedundancy) continue;
+    const double step = (to.value - to.carried * from.value) / to.step_sigma;
+    test.w = step / std::sqrt(test.redundancy);
+    test.square = step * step;
+  }
+}
+
 /// Covariances of the result within each joint prior.
 std::vector<Eigen::MatrixXd> CovariancesOfJointPriors(const AdjustResult& result) {
   struct Place {
@@ -103,6 +132,7 @@ std::vector<PriorTest> TestsOfPriors(const AdjustResult& result) {
   for (const ParameterResult& parameter : result.parameters) {
     out.push_back(TestOfPrior(result, parameter));
   }
+  TestProcesses(result, &out);
   if (!result.joint_priors.empty()) TestJointPriors(result, &out);
   return out;
 }
@@ -431,13 +461,16 @@ std::string EmptyPriors(const AdjustResult& result) {
   for (const auto& [name, kind] : kinds) {
     // What came out: the corrections and how well they are known.
     double out_square = 0.0;
+    bool in_process = false;
     for (std::size_t i = 0; i < added.size(); ++i) {
       const ParameterResult& p = result.parameters[i];
       if (names[i] != name || std::isnan(p.prior_sigma)) continue;
+      in_process = in_process || p.before >= 0;
       out_square += p.value * p.value + p.sigma * p.sigma;
     }
     const double came_out = std::sqrt(out_square / static_cast<double>(kind.priors));
-    if (!(kind.PriorRms() > kEmpty * came_out)) continue;
+    // Of a process the steps may be narrow where the coefficients may go far.
+    if (in_process || !(kind.PriorRms() > kEmpty * came_out)) continue;
     for (std::size_t i = 0; i < added.size(); ++i) {
       const ParameterResult& p = result.parameters[i];
       if (names[i] != name || std::isnan(p.prior_sigma)) continue;

@@ -131,10 +131,17 @@ void ResampleObservations(const AdjustmentProblem& problem,
   prior_values->assign(problem.layout.parameters.size(), 0.0);
   for (std::size_t i = 0; i < prior_values->size(); ++i) {
     const Parameter& parameter = problem.layout.parameters[i];
-    if (!parameter.has_own_prior()) continue;
+    if (!parameter.has_own_prior() && parameter.before < 0) continue;
     RandomStream random(seed, StreamOf(run, kPriorKind, i));
-    (*prior_values)[i] =
-        state.corrections[static_cast<Eigen::Index>(i)] + parameter.prior_sigma * random.Normal();
+    const double value = state.corrections[static_cast<Eigen::Index>(i)];
+    if (parameter.before < 0) {
+      (*prior_values)[i] = value + parameter.prior_sigma * random.Normal();
+    } else {
+      const auto before = static_cast<std::size_t>(parameter.before);
+      const double error_before = (*prior_values)[before] - state.corrections[parameter.before];
+      (*prior_values)[i] =
+          value + parameter.carried * error_before + parameter.step_sigma * random.Normal();
+    }
   }
   for (const JointPriorTerm& prior : problem.layout.joint_priors) {
     Eigen::VectorXd normal(prior.factor.rows());

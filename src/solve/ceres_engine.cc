@@ -139,9 +139,14 @@ std::unique_ptr<ceres::Problem> MakeCeresProblem(const AdjustmentProblem& proble
   for (std::size_t b = 0; b < problem.layout.blocks.size(); ++b) {
     const ParameterBlock& block = problem.layout.blocks[b];
     out->AddParameterBlock(unknowns.corrections + block.offset, block.size);
-    CostPointer prior = PriorCostOf(problem.layout, static_cast<int>(b));
-    if (prior == nullptr) continue;
-    out->AddResidualBlock(prior.release(), nullptr, unknowns.corrections + block.offset);
+    PriorOfBlock prior = PriorCostOf(problem.layout, static_cast<int>(b));
+    if (prior.cost == nullptr) continue;
+    blocks.clear();
+    for (const int of : prior.blocks) {
+      const ParameterBlock& taken = problem.layout.blocks[static_cast<std::size_t>(of)];
+      blocks.push_back(unknowns.corrections + taken.offset);
+    }
+    out->AddResidualBlock(prior.cost.release(), nullptr, blocks);
   }
   const std::vector<FlightPointer> flights = FlightsOf(problem);
   for (std::size_t point = 0; point < problem.block.points.size(); ++point) {

@@ -553,14 +553,17 @@ class TemperedPriors {
       : parameters_(problem->layout.parameters),
         joint_(problem->layout.joint_priors),
         given_(joint_) {
-    for (const Parameter& parameter : parameters_) sigma_.push_back(parameter.prior_sigma);
+    for (const Parameter& parameter : parameters_) {
+      sigma_.push_back({parameter.prior_sigma, parameter.step_sigma});
+    }
   }
   ~TemperedPriors() { Divide(1.0); }
   TemperedPriors(const TemperedPriors&) = delete;
   TemperedPriors& operator=(const TemperedPriors&) = delete;
   void Divide(double factor) {
     for (std::size_t i = 0; i < sigma_.size(); ++i) {
-      parameters_[i].prior_sigma = sigma_[i] / factor;
+      parameters_[i].prior_sigma = sigma_[i][0] / factor;
+      parameters_[i].step_sigma = sigma_[i][1] / factor;
     }
     for (std::size_t i = 0; i < joint_.size(); ++i) {
       joint_[i] = given_[i];
@@ -572,7 +575,7 @@ class TemperedPriors {
   std::vector<Parameter>& parameters_;
   std::vector<JointPriorTerm>& joint_;
   std::vector<JointPriorTerm> given_;
-  std::vector<PriorSigma> sigma_;
+  std::vector<std::array<PriorSigma, 2>> sigma_;  // of the prior and of the step of a process
 };
 
 /// Graduated non-convexity: from a scale at which every look that agrees on the ground counts.

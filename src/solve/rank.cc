@@ -132,7 +132,11 @@ WeakDirection Judge(const Context& context, const VectorXd& v) {
     const double moved = v[i] * context.scale[i];
     if (context.At(i).has_prior()) {
       if (context.At(i).joint >= 0) continue;
-      const double part = moved / context.At(i).prior_sigma;
+      const Index from = context.At(i).before;
+      const double part = from < 0
+                              ? moved / context.At(i).prior_sigma
+                              : (moved - context.At(i).carried * v[from] * context.scale[from]) /
+                                    context.At(i).step_sigma;
       priors += part * part;
     } else {
       effect_m = std::max(effect_m, std::abs(moved) * context.effects.metres[i]);

@@ -277,6 +277,31 @@ class Resection {
     return lengths;
   }
 
+  /// The equation of the process that leads to parameter `index`, between coefficients that looks
+  /// ask for.
+  void AddStep(std::size_t index,
+               double scale,
+               const BlockState& state,
+               Eigen::MatrixXd* normal,
+               Eigen::VectorXd* gradient) const {
+    const Parameter& parameter = problem_.layout.parameters[index];
+    const int to = local_[index], from = local_[static_cast<std::size_t>(parameter.before)];
+    const double sigma =
+        kFinalScale / scale * (from < 0 ? parameter.prior_sigma : parameter.step_sigma);
+    const double weight = 1.0 / (sigma * sigma);
+    const double x =
+        from < 0 ? state.corrections[static_cast<Eigen::Index>(index)] - parameter.prior_value
+                 : problem_.layout.StepOf(index, state.corrections);
+    (*normal)(to, to) += weight;
+    (*gradient)[to] += weight * x;
+    if (from < 0) return;
+    const double carried = parameter.carried;
+    (*normal)(from, from) += weight * carried * carried;
+    (*normal)(to, from) -= weight * carried;
+    (*normal)(from, to) -= weight * carried;
+    (*gradient)[from] -= weight * carried * x;
+  }
+
   /// One reweighted Gauss-Newton step of the pass's own corrections.
   [[nodiscard]] bool Improve(double scale, BlockState* state) const {
     const auto size = static_cast<Eigen::Index>(parameters_.size());
@@ -285,6 +310,7 @@ class Resection {
     for (Eigen::Index i = 0; i < size; ++i) {
       const std::size_t index = parameters_[static_cast<std::size_t>(i)];
       const Parameter& parameter = problem_.layout.parameters[index];
+      if (parameter.before >= 0) AddStep(index, scale, *state, &normal, &gradient);
       if (!parameter.has_own_prior()) continue;
       // Looks count as less accurate while the scale is large, and so does what contradicts them.
       const double sigma = parameter.prior_sigma * kFinalScale / scale;

@@ -206,7 +206,11 @@ void Take(const CorrectionGroup& group,
           const PositionCorrection& position,
           const SceneNavigation& scene,
           SceneNavigation* drawn) {
-  if (position.basis != PositionCorrection::Basis::kPolynomial) Refuse(group, "splines");
+  using Process = PositionCorrection::Process;
+  if (position.basis == PositionCorrection::Basis::kSpline) {
+    if (position.process == Process::kWhite) Refuse(group, "splines of independent coefficients");
+    if (drawn->process != SceneNavigation::Process::kNone) Refuse(group, "several splines");
+  }
   if (position.axes != PositionCorrection::Axes::kTrack) Refuse(group, "frame axes");
   if (position.degree > 2) Refuse(group, "a degree above 2");
   if (group.shared) Refuse(group, "shared by passes");
@@ -217,6 +221,17 @@ void Take(const CorrectionGroup& group,
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (!position.components[axis]) continue;
     const std::vector<double>& prior = position.prior_sigma_m[axis];
+    if (position.basis == PositionCorrection::Basis::kSpline) {
+      const bool walk = position.process == Process::kRandomWalk;
+      drawn->process =
+          walk ? SceneNavigation::Process::kRandomWalk : SceneNavigation::Process::kGaussMarkov;
+      drawn->knot_spacing_s = position.knot_spacing_s;
+      drawn->correlation_time_s = position.correlation_time_s;
+      drawn->process_sigma_m[axis] = prior.empty() ? scene.process_sigma_m[axis] : prior.front();
+      // A walk that starts anywhere is one from zero and a constant.
+      if (walk && !prior.empty()) drawn->constant_sigma_m[axis] = position.start_sigma_m[axis];
+      continue;
+    }
     for (std::size_t degree = 0; degree <= static_cast<std::size_t>(position.degree); ++degree) {
       const double sigma_m = prior.empty()       ? kNotGiven
                              : prior.size() == 1 ? prior[0]

@@ -173,6 +173,14 @@ class ExactAdjustment {
     }
     for (std::size_t i = 0; i < x_.size(); ++i) {
       const Parameter& parameter = problem_.layout.parameters[i];
+      if (parameter.before >= 0) {
+        const auto from = static_cast<std::size_t>(parameter.before);
+        const Digits weight = 1 / Digits(parameter.step_sigma);
+        const Digits carried = weight * Digits(parameter.carried);
+        const Digits value(problem_.layout.parameters[from].prior_value);
+        Add({{corrections_ + i, weight}, {corrections_ + from, -carried}},
+            weight * (x_[i] - Digits(parameter.prior_value)) - carried * (x_[from] - value));
+      }
       if (!parameter.has_own_prior()) continue;
       const Digits weight = 1 / Digits(parameter.prior_sigma);
       Add({{corrections_ + i, weight}}, weight * (x_[i] - Digits(parameter.prior_value)));

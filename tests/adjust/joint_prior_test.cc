@@ -15,7 +15,6 @@
 #include "quality/assess.h"
 #include "quality/montecarlo.h"
 #include "solve/ceres_engine.h"
-#include "solve/start.h"
 #include "support/dense_normals.h"
 #include "support/joint_priors.h"
 #include "support/share_sums.h"
@@ -37,18 +36,6 @@ test::KnownBlock JointBlock(const test::BlockPlan& plan) {
   test::AddKnownPoint(5, {0.53, 0.29, kNotGiven}, &known);
   test::AddNoise(67, 1.0, &known);
   return known;
-}
-
-BlockState StateOf(const AdjustResult& result, AdjustmentProblem* problem) {
-  BlockState state = ComputeStartValues(problem, nullptr).state;
-  for (std::size_t point = 0; point < state.start_m.size(); ++point) {
-    state.displacement_m[point] = result.points.position_m[point] - state.start_m[point];
-  }
-  for (std::size_t i = 0; i < result.parameters.size(); ++i) {
-    state.corrections[static_cast<Eigen::Index>(i)] = result.parameters[i].value;
-  }
-  UpdateWeights(state, problem);
-  return state;
 }
 
 /// The solution as one dense problem.
@@ -80,7 +67,7 @@ TEST_P(JointPriorBlockTest, IsTheDenseLeastSquaresSolution) {
   const AdjustResult result = Adjust(known_.block, options_);
   ASSERT_EQ(result.status, AdjustStatus::kConverged);
   AdjustmentProblem problem(known_.block, options_.groups, {}, options_.priors);
-  const BlockState state = StateOf(result, &problem);
+  const BlockState state = test::StateOf(result, &problem);
   const Dense dense = DenseAt(problem, state);
   const Eigen::VectorXd step =
       dense.covariance * (dense.equations.jacobian.transpose() * dense.equations.residual);
@@ -128,7 +115,7 @@ TEST_P(JointPriorBlockTest, BothEnginesAgree) {
 TEST_P(JointPriorBlockTest, TestsOfPriorsAreThoseOfTheirFullMatrix) {
   const AdjustResult result = Adjust(known_.block, options_);
   AdjustmentProblem problem(known_.block, options_.groups, {}, options_.priors);
-  const Dense dense = DenseAt(problem, StateOf(result, &problem));
+  const Dense dense = DenseAt(problem, test::StateOf(result, &problem));
   const std::vector<PriorTest> tests = TestsOfPriors(result);
   ASSERT_EQ(result.joint_priors.size(), known_.block.passes.size());
   double strongest = 0.0;
@@ -291,7 +278,7 @@ TEST(JointPriorDrawsTest, RedrawnPriorsHaveTheirCovariance) {
   const AdjustOptions options = test::WithJointPrior(Axes::kTrack, 29);
   const AdjustResult result = Adjust(known.block, options);
   AdjustmentProblem problem(known.block, options.groups, {}, options.priors);
-  const BlockState state = StateOf(result, &problem);
+  const BlockState state = test::StateOf(result, &problem);
   const ExactReadings exact = ReadExactly(problem, state);
   constexpr int kRuns = 400;
   const Eigen::MatrixXd u =

@@ -3,13 +3,96 @@
 
 #include "sarblock/model/result.h"
 
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
 #include <span>
 #include <stdexcept>
+#include <variant>
+#include <vector>
 
+#include "solve/start.h"
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 namespace sarblock::test {
+namespace {
+
+/// Covariance of the coefficients of a process by its definition, all with all.
+Eigen::MatrixXd CovarianceOfProcess(const PositionCorrection& position,
+                                    std::size_t axis,
+                                    double span_s,
+                                    Eigen::Index count) {
+  const double sigma_m = position.prior_sigma_m[axis].front();
+  const auto steps = static_cast<double>(count - 1);
+  const double spacing_s = span_s / static_cast<double>(count - 3);
+  Eigen::MatrixXd q(count, count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    for (Eigen::Index j = 0; j < count; ++j) {
+      const auto apart = static_cast<double>(std::abs(i - j));
+      const auto gained = static_cast<double>(std::min(i, j)) / steps;
+      q(i, j) = position.process == PositionCorrection::Process::kGaussMarkov
+                    ? sigma_m * sigma_m * std::exp(-apart * spacing_s / position.correlation_time_s)
+                    : std::pow(position.start_sigma_m[axis], 2) + sigma_m * sigma_m * gained;
+    }
+  }
+  return q;
+}
+
+/// Parameters of each process: from a first coefficient as far as others lead on from it.
+std::vector<std::vector<int>> ProcessesOf(const ParameterLayout& layout) {
+  std::map<int, std::vector<int>> by_last;
+  for (int i = 0; i < layout.size(); ++i) {
+    const Parameter& parameter = layout.parameters[static_cast<std::size_t>(i)];
+    if (parameter.before < 0) {
+      by_last[i] = {i};
+      continue;
+    }
+    auto chain = by_last.extract(parameter.before);
+    chain.mapped().push_back(i);
+    by_last[i] = chain.mapped();
+  }
+  std::vector<std::vector<int>> out;
+  for (const auto& [last, chain] : by_last) {
+    if (chain.size() > 1) out.push_back(chain);
+  }
+  return out;
+}
+
+/// Rows U' (c - c0), U U' = Q^-1 by the inverse of Q: not the program's factor.
+void AppendRows(const AdjustmentProblem& problem,
+                const BlockState& state,
+                const std::vector<int>& parameters,
+                const Eigen::MatrixXd& q,
+                Eigen::Index* row,
+                DenseEquations* out) {
+  const Eigen::MatrixXd inverse = q.fullPivLu().inverse();
+  const Eigen::MatrixXd upper = inverse.llt().matrixU();
+  for (Eigen::Index i = 0; i < q.rows(); ++i, ++*row) {
+    for (Eigen::Index j = 0; j < q.cols(); ++j) {
+      const int parameter = parameters[static_cast<std::size_t>(j)];
+      const double value =
+          problem.layout.parameters[static_cast<std::size_t>(parameter)].prior_value;
+      out->jacobian(*row, out->first_correction + parameter) = upper(i, j);
+      out->residual[*row] += upper(i, j) * (state.corrections[parameter] - value);
+    }
+  }
+}
+
+}  // namespace
+
+BlockState StateOf(const AdjustResult& result, AdjustmentProblem* problem) {
+  BlockState state = ComputeStartValues(problem, nullptr).state;
+  for (std::size_t point = 0; point < state.start_m.size(); ++point) {
+    state.displacement_m[point] = result.points.position_m[point] - state.start_m[point];
+  }
+  for (std::size_t i = 0; i < result.parameters.size(); ++i) {
+    state.corrections[static_cast<Eigen::Index>(i)] = result.parameters[i].value;
+  }
+  UpdateWeights(state, problem);
+  return state;
+}
 
 DenseEquations MakeDenseEquations(const AdjustmentProblem& problem, const BlockState& state) {
   DenseEquations out;
@@ -60,28 +143,36 @@ DenseEquations MakeDenseEquations(const AdjustmentProblem& problem, const BlockS
     out.residual.segment(row, control.rows) = at.residual.head(control.rows);
     row += control.rows;
   }
+  std::set<int> in_process;
+  for (const std::vector<int>& chain : ProcessesOf(problem.layout)) {
+    in_process.insert(chain.begin(), chain.end());
+    const Parameter& first = problem.layout.parameters[static_cast<std::size_t>(chain.front())];
+    for (const CorrectionGroup& group : problem.groups) {
+      const auto* position = std::get_if<PositionCorrection>(&group.model);
+      if (position == nullptr || position->process == PositionCorrection::Process::kWhite) continue;
+      const Pass& pass = *std::find_if(block.passes.begin(),
+                                       block.passes.end(),
+                                       [&](const Pass& p) { return p.id == first.owner; });
+      AppendRows(problem,
+                 state,
+                 chain,
+                 CovarianceOfProcess(*position,
+                                     static_cast<std::size_t>(first.axis),
+                                     pass.end_s - pass.start_s,
+                                     static_cast<Eigen::Index>(chain.size())),
+                 &row,
+                 &out);
+    }
+  }
   for (int i = 0; i < problem.layout.size(); ++i) {
     const Parameter& parameter = problem.layout.parameters[static_cast<std::size_t>(i)];
-    if (!parameter.has_own_prior()) continue;
+    if (!parameter.has_own_prior() || in_process.contains(i)) continue;
     out.jacobian(row, columns + i) = 1.0 / parameter.prior_sigma;
     out.residual[row] = (state.corrections[i] - parameter.prior_value) / parameter.prior_sigma;
     ++row;
   }
-  // Rows U' (c - c0) of joint priors, U U' = Q^-1 by the inverse of Q: not the program's factor.
   for (const JointPriorTerm& prior : problem.layout.joint_priors) {
-    const Eigen::MatrixXd inverse = prior.covariance.fullPivLu().inverse();
-    const Eigen::MatrixXd upper = inverse.llt().matrixU();
-    const auto size = static_cast<Eigen::Index>(prior.parameters.size());
-    for (Eigen::Index i = 0; i < size; ++i, ++row) {
-      for (Eigen::Index j = 0; j < size; ++j) {
-        const int parameter = prior.parameters[static_cast<std::size_t>(j)];
-        out.jacobian(row, columns + parameter) = upper(i, j);
-        out.residual[row] +=
-            upper(i, j) *
-            (state.corrections[parameter] -
-             problem.layout.parameters[static_cast<std::size_t>(parameter)].prior_value);
-      }
-    }
+    AppendRows(problem, state, prior.parameters, prior.covariance, &row, &out);
   }
   out.jacobian.conservativeResize(row, all);
   out.residual.conservativeResize(row);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/model/result.h"
+
 #include <vector>
 
 #include "model/problem.h"
@@ -18,6 +20,9 @@ struct DenseEquations {
   std::vector<int> column_of_point;  ///< -1 where not solved
   int first_correction = 0;
 };
+
+/// The state of a result with the weights there; `problem` is one of the same block.
+[[nodiscard]] BlockState StateOf(const AdjustResult& result, AdjustmentProblem* problem);
 
 [[nodiscard]] DenseEquations MakeDenseEquations(const AdjustmentProblem& problem,
                                                 const BlockState& state);

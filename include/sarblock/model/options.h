@@ -25,6 +25,13 @@ using PriorSigma = double;
 struct PositionCorrection {
   enum class Basis { kPolynomial, kSpline };
   enum class Axes { kTrack, kFrame };
+  /// What a prior says of the coefficients of a spline along an axis, one after the other
+  /// (docs/theory/adjustment.md, eq. (3c)).
+  enum class Process {
+    kWhite,       ///< they are independent of each other
+    kRandomWalk,  ///< each is the one before plus a step; the steps of a strip add up to the sigma
+    kGaussMarkov  ///< of first order and stationary
+  };
   Basis basis = Basis::kPolynomial;
   int degree = 0;                     ///< polynomial: Legendre 0..degree, <= kMaxDegree
   double knot_spacing_s = kNotGiven;  ///< spline
@@ -33,6 +40,10 @@ struct PositionCorrection {
   /// Per axis: empty = no prior; one value = for every degree or spline coefficient; else one a
   /// degree (polynomial only, size degree + 1).
   std::array<std::vector<double>, 3> prior_sigma_m;
+  Process process = Process::kWhite;      ///< spline; others need one sigma an axis that has any
+  double correlation_time_s = kNotGiven;  ///< of kGaussMarkov: correlations fall as exp(-t/T)
+  /// Of kRandomWalk: of the first coefficient.
+  std::array<PriorSigma, 3> start_sigma_m{kNotGiven, kNotGiven, kNotGiven};
   static constexpr int kMaxDegree = 15;
 };
 
@@ -166,7 +177,7 @@ enum class Engine { kAuto, kCeres, kReduced };
 /// sparse, or never formed and solved by conjugate gradients.
 enum class CeresSolver { kAuto, kDenseSchur, kSparseSchur, kIterativeSchur };
 enum class CovarianceMethod { kAuto, kReduced, kCeres };
-enum class PairChoice { kNone, kNeighbours, kAll, kList };
+enum class PairChoice { kNone, kNeighbours, kAll, kDistances, kList };
 enum class VarianceComponents { kNone, kRangeAzimuth, kPerPass };
 enum class BlunderTest { kW, kTau };
 enum class FamilyWise { kNone, kSidak, kBonferroni };

@@ -71,11 +71,25 @@ struct TestedLook {
   double redundancy = 0.0;
 };
 
+/// Observations of a kind by how far others check them. Below a redundancy of 0.1 the least
+/// detectable blunder is 3.2 delta0 standard deviations or more: hardly checked (Förstner 1979).
+struct CheckedObservations {
+  static constexpr double kHardly = 0.1;
+  std::size_t count = 0;
+  std::size_t hardly = 0;  ///< with a redundancy below kHardly
+  /// The one whose least detectable blunder would move its point farthest: the point, its pass (of
+  /// control the component: 0 east, 1 north, 2 up), its redundancy, that blunder and that shift,
+  /// infinite where no blunder is found.
+  std::uint32_t point = 0, part = 0;
+  double redundancy = kNotGiven, blunder_m = kNotGiven, shift_m = kNotGiven;
+};
+
 /// The tests of a result in short. Above the critical value counts |w| or, where that is the test,
 /// |tau|.
 struct QualitySummary {
   ReliabilityFigures figures;
-  std::array<std::size_t, 2> looks_tested{};  ///< range, azimuth
+  std::array<CheckedObservations, 3> checked{};  ///< ranges, azimuths, control components
+  std::array<std::size_t, 2> looks_tested{};     ///< range, azimuth
   std::array<std::size_t, 2> looks_above{};
   std::size_t control_tested = 0, control_above = 0;
   /// Looks tested whose point has one degree of freedom: all its tests are one.
@@ -153,6 +167,15 @@ struct PassShare {
   }
 };
 
+/// Differences of point pairs about as far apart, along or across the tracks of the first pass
+/// (PairChoice::kDistances). The figures are medians over the pairs.
+struct DifferenceClass {
+  bool along = false;  ///< direction of the pairs
+  std::size_t pairs = 0;
+  double distance_m = 0.0;
+  double sigma_along_m = 0.0, sigma_across_m = 0.0, sigma_up_m = 0.0;
+};
+
 /// The verdict on a result and the figures of the tests that it rests on.
 struct Assessment {
   Verdict verdict = Verdict::kNotAccepted;
@@ -165,6 +188,7 @@ struct Assessment {
   std::vector<ObservationGroup> groups;  ///< in the order of their names above; without what is
                                          ///< not known
   std::vector<PassShare> shares;  ///< by pass in order, then shared groups; empty without figures
+  std::vector<DifferenceClass> differences;  ///< along, then across, by distance; else empty
 };
 
 /// A standard deviation with its unit: metres, or seconds of azimuth time.
@@ -359,6 +383,11 @@ struct ParameterResult {
   double prior_sigma = std::numeric_limits<double>::quiet_NaN();  ///< NaN: no prior; of a joint
                                                                   ///< prior the diagonal's
   std::string kept{};  ///< why, in model selection; else empty
+  /// Of a coefficient that a process leads to from parameter `before` (else -1): the prior is that
+  /// value - carried value_before has the standard deviation step_sigma.
+  int before = -1;
+  double carried = 0.0;
+  double step_sigma = std::numeric_limits<double>::quiet_NaN();
   /// |value| over sigma; NaN without a sigma above 0.
   [[nodiscard]] double significance() const {
     return sigma > 0.0 ? std::abs(value) / sigma : std::numeric_limits<double>::quiet_NaN();
