@@ -149,9 +149,61 @@ void PrintPriors(const AdjustResult& result, Out out) {
                  worst->redundancy + worst->prior_redundancy);
 }
 
+/// What of a plan nothing checks, and what a blunder there would do.
+void PrintChecked(const Block& block, const QualitySummary& summary, Out out) {
+  constexpr std::array kKinds = {"ranges", "azimuths", "control"};
+  constexpr std::array kComponents = {"e", "n", "u"};
+  constexpr double kShownRedundancy = 1e-6;  // less is rounding of single precision
+  fmt::format_to(out,
+                 "  checked by others {:>8} {:>14}   the least checked\n",
+                 "of",
+                 fmt::format("r below {:g}", CheckedObservations::kHardly));
+  for (std::size_t k = 0; k < kKinds.size(); ++k) {
+    const CheckedObservations& of = summary.checked[k];
+    if (of.count == 0) continue;
+    const std::string blunder =
+        std::isinf(of.blunder_m)
+            ? std::string("a blunder of any size goes into the point unseen")
+            : fmt::format("a blunder of {:.3g} m may go unseen and move the point by {:.3g} m",
+                          of.blunder_m,
+                          of.shift_m);
+    fmt::format_to(out,
+                   "    {:<16} {:>8} {:>14}   {} {}, r {:.2g}\n        {}\n",
+                   kKinds[k],
+                   of.count,
+                   of.hardly,
+                   block.points.ids[of.point],
+                   k == 2 ? kComponents[of.part] : block.passes[of.part].id.c_str(),
+                   of.redundancy > kShownRedundancy ? of.redundancy : 0.0,
+                   blunder);
+  }
+}
+
+void PrintDifferences(const std::vector<DifferenceClass>& differences, Out out) {
+  if (differences.empty()) return;
+  fmt::format_to(out,
+                 "  sigma of differences [m]   distance  pairs {:>10} {:>10} {:>10}\n",
+                 "along",
+                 "across",
+                 "up");
+  for (const DifferenceClass& of : differences) {
+    fmt::format_to(out,
+                   "    {:<19} {:>11.4g} {:>6} {:10.4g} {:10.4g} {:10.4g}\n",
+                   of.along ? "along the track" : "across the track",
+                   of.distance_m,
+                   of.pairs,
+                   of.sigma_along_m,
+                   of.sigma_across_m,
+                   of.sigma_up_m);
+  }
+}
+
 void PrintQuality(const Block& block, const AdjustResult& result, Out out) {
   if (!result.quality.empty()) {
     PrintTests(result.assessment.tests, result, out);
+    if (result.status == AdjustStatus::kPredicted) {
+      PrintChecked(block, result.assessment.tests, out);
+    }
     PrintPriors(result, out);
   }
   if (!result.snooping) return;
@@ -319,6 +371,7 @@ std::string DescribeResult(const Block& block,
   text += DescribeMonteCarlo(result);
   PrintChecks(result, LevelOfOneTest(options.test_level), out);
   PrintQuality(block, result, out);
+  PrintDifferences(result.assessment.differences, out);
   PrintCorrections(result, out);
   for (const std::string& warning : result.warnings) {
     fmt::format_to(out, "  warning: {}\n", warning);

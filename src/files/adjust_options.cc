@@ -123,7 +123,7 @@ std::string DumpFlag(const AdjustOption&, const AdjustTable& options) {
 template <auto... kMembers>
 constexpr OptionUse kFlag{ReadFlag<kMembers...>, DumpFlag<kMembers...>};
 
-const std::vector<std::string> kPairNames{"none", "neighbours", "all"};
+const std::vector<std::string> kPairNames{"none", "neighbours", "all", "distances"};
 
 void ReadPairs(const AdjustOption&, const TomlValue& value, OptionReading* reading) {
   AdjustTable& options = reading->options;
@@ -266,7 +266,7 @@ const std::array kOptions = std::to_array<OptionRow>({
   {{"covariance", "text", "none, leberl, intersection, block, montecarlo", "block",
    "How faithful the covariance of the points is."},
    kChoice<&AdjustOptions::covariance>},
-  {{"pairs", "text", "none, neighbours, all, or a CSV file with columns point_a, point_b", "none",
+  {{"pairs", "text", "none, neighbours, all, distances, or a CSV file with columns point_a, point_b", "none",
    "Point pairs whose coordinate difference and its covariance are written."},
    {ReadPairs, DumpPairs}},
   {{"datum", "text", "given, inner", "given",
@@ -457,6 +457,13 @@ AdjustTable ReadAdjust(const TomlTable& block_toml, const std::vector<std::strin
     if (!reading.options.groups.empty()) reading.options.corrections = CorrectionChoice::kGiven;
   }
   ReadSection(table, "", &reading);
+  if (reading.options.corrections == CorrectionChoice::kAuto) {
+    for (const CorrectionGroup& group : reading.options.groups) {
+      if (!HasProcess(group)) continue;
+      const TomlTable tables(*table.Find("correction"));
+      TomlTable(*tables.Find(group.name)).Find("process")->Fail(kNoAutomaticPriors);
+    }
+  }
   if (const auto prior = table.Find("prior")) {
     const TomlTable tables(*prior);
     AdjustTable& options = reading.options;

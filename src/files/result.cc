@@ -645,6 +645,14 @@ void ReadSections(const JsonValue& root, ResultSummary* summary) {
                                NumberIn(entry, "lower"),
                                NumberIn(entry, "upper")});
   }
+  for (const JsonValue& entry : EntriesIn(root, "differences")) {
+    summary->differences.push_back({TextIn(entry, "direction") == "along",
+                                    CountIn(entry, "pairs"),
+                                    NumberIn(entry, "distance_m"),
+                                    NumberIn(entry, "sigma_along_m"),
+                                    NumberIn(entry, "sigma_across_m"),
+                                    NumberIn(entry, "sigma_up_m")});
+  }
   if (const auto checks = root.Find("check_points")) {
     summary->checks = {CountIn(*checks, "points"),
                        CountIn(*checks, "components"),

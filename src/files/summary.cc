@@ -208,6 +208,9 @@ std::string Summary(const Block& block,
         CheckPointsJson(result.assessment.checks, LevelOfOneTest(options.test_level));
   }
   if (!result.quality.empty()) summary["quality"] = QualityJson(block, options, result);
+  if (!result.assessment.differences.empty()) {
+    summary["differences"] = DifferencesJson(result.assessment.differences);
+  }
   if (result.snooping) summary["snooping"] = SnoopingJson(block, *result.snooping);
   if (result.variance_components) {
     summary["variance_components"] = VarianceComponentsSection(options, result);
@@ -382,7 +385,43 @@ Json SharesJson(const std::vector<PassShare>& all) {
   return shares;
 }
 
+/// What others check of ranges, azimuths and control; infinite figures are null.
+Json CheckedJson(const Block& block, const QualitySummary& summary) {
+  constexpr std::array kKinds = {"range", "azimuth", "control"};
+  constexpr std::array kAxisNames = {"e", "n", "u"};
+  Json json = Json::object();
+  for (std::size_t k = 0; k < kKinds.size(); ++k) {
+    const CheckedObservations& of = summary.checked[k];
+    if (of.count == 0) continue;
+    Json weakest = {{"point", std::string(block.points.ids[of.point])}};
+    if (k == 2) {
+      weakest["component"] = kAxisNames[of.part];
+    } else {
+      weakest["pass"] = block.passes[of.part].id;
+    }
+    weakest["redundancy"] = of.redundancy;
+    weakest["mdb_m"] = of.blunder_m;
+    weakest["influence_m"] = of.shift_m;
+    json[kKinds[k]] = {
+        {"observations", of.count}, {"hardly_checked", of.hardly}, {"weakest", std::move(weakest)}};
+  }
+  return json;
+}
+
 }  // namespace
+
+Json DifferencesJson(const std::vector<DifferenceClass>& differences) {
+  Json json = Json::array();
+  for (const DifferenceClass& of : differences) {
+    json.push_back({{"direction", of.along ? "along" : "across"},
+                    {"distance_m", of.distance_m},
+                    {"pairs", of.pairs},
+                    {"sigma_along_m", of.sigma_along_m},
+                    {"sigma_across_m", of.sigma_across_m},
+                    {"sigma_up_m", of.sigma_up_m}});
+  }
+  return json;
+}
 
 Json QualityJson(const Block& block, const AdjustTable& options, const AdjustResult& result) {
   const QualitySummary& summary = result.assessment.tests;
@@ -406,6 +445,7 @@ Json QualityJson(const Block& block, const AdjustTable& options, const AdjustRes
         {"control", summary.control_above}}},
       {"expected_above", summary.expected_above()},
       {"looks_not_localisable", summary.looks_not_localisable},
+      {"checked", CheckedJson(block, summary)},
       {"worst", WorstJson(block, summary)},
       {"priors", PriorsJson(result)},
       {"passes", SharesJson(result.assessment.shares)}};

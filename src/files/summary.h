@@ -15,7 +15,9 @@
 
 namespace sarblock::files {
 
-/// The parts `quality`, `snooping` and `check_points` of summary.json.
+/// The parts `differences`, `quality`, `snooping` and `check_points` of summary.json.
+[[nodiscard]] nlohmann::ordered_json DifferencesJson(
+    const std::vector<DifferenceClass>& differences);
 [[nodiscard]] nlohmann::ordered_json QualityJson(const Block& block,
                                                  const AdjustTable& options,
                                                  const AdjustResult& result);

@@ -17,6 +17,7 @@
 #include "blunder_search.h"
 #include "core/text.h"
 #include "model/priors.h"
+#include "point_pairs.h"
 #include "reliability.h"
 #include <Eigen/Core>
 
@@ -180,6 +181,76 @@ std::string Percent(double part) { return Digits(100.0 * part, 4) + " %"; }
 
 std::string Short(double value) { return Digits(value, 3); }
 
+/// Least redundancy of which single precision leaves a digit.
+constexpr double kLeastRedundancy = 1e-6;
+
+/// The observation of a kind that others check least.
+class LeastChecked {
+ public:
+  /// An observation of which an error of one sigma moves its point by `shift_m`.
+  void Add(std::size_t index, double redundancy, double shift_m) {
+    if (std::isnan(redundancy)) return;
+    ++figures_.count;
+    figures_.hardly += redundancy < CheckedObservations::kHardly ? 1U : 0U;
+    // Of the least detectable blunder, in delta0.
+    const double influence_m = redundancy > kLeastRedundancy
+                                   ? shift_m / std::sqrt(redundancy)
+                                   : std::numeric_limits<double>::infinity();
+    if (influence_m <= largest_m_) return;
+    largest_m_ = influence_m;
+    index_ = index;
+    figures_.redundancy = redundancy;
+  }
+  [[nodiscard]] bool empty() const { return figures_.count == 0; }
+  [[nodiscard]] std::size_t index() const { return index_; }
+  [[nodiscard]] CheckedObservations Figures(std::uint32_t point,
+                                            std::uint32_t part,
+                                            const BlunderSize& size) const {
+    constexpr double kNone = std::numeric_limits<double>::infinity();
+    const bool found = figures_.redundancy > kLeastRedundancy;
+    CheckedObservations out = figures_;
+    out.point = point;
+    out.part = part;
+    out.blunder_m = found ? size.detectable_m : kNone;
+    out.shift_m = found ? size.influence_m : kNone;
+    return out;
+  }
+
+ private:
+  CheckedObservations figures_;
+  std::size_t index_ = 0;
+  double largest_m_ = -1.0;
+};
+
+std::array<CheckedObservations, 3> CheckedBy(const Block& block,
+                                             const AdjustOptions& options,
+                                             const AdjustResult& result) {
+  std::array<CheckedObservations, 3> out;
+  const BlunderSizes sizes(block, options, result, 1.0);
+  for (std::size_t k = 0; k < 2; ++k) {
+    const std::vector<float>& redundancy = result.quality.redundancy[k];
+    LeastChecked least;
+    for (std::size_t i = 0; i < redundancy.size(); ++i) {
+      least.Add(
+          i, static_cast<double>(redundancy[i]), static_cast<double>(result.quality.shift_m[k][i]));
+    }
+    if (least.empty()) continue;
+    const std::size_t point = block.looks.PointOf(least.index());
+    out[k] = least.Figures(static_cast<std::uint32_t>(point),
+                           block.looks.pass[least.index()],
+                           sizes.LookSizes(least.index(), point)[k]);
+  }
+  LeastChecked least;
+  for (std::size_t i = 0; i < result.control_quality.size(); ++i) {
+    least.Add(i, result.control_quality[i].redundancy, result.control_quality[i].shift_m);
+  }
+  if (least.empty()) return out;
+  const ControlQuality& control = result.control_quality[least.index()];
+  out[2] = least.Figures(
+      control.point, static_cast<std::uint32_t>(control.component), sizes.ControlSize(control));
+  return out;
+}
+
 }  // namespace
 
 ReliabilityFigures ReliabilityOf(const AdjustOptions& options, const AdjustResult& result) {
@@ -244,6 +315,7 @@ QualitySummary SummariseQuality(const Block& block,
   for (std::size_t k = 0; k < 2; ++k) {
     out.median_redundancy[k] = MedianOf(result.quality.redundancy[k]);
   }
+  out.checked = CheckedBy(block, options, result);
   return out;
 }
 
@@ -515,6 +587,9 @@ void Assess(const Block& block, const AdjustOptions& options, AdjustResult* resu
   out.priors = SummarisePriors(options, *result);
   out.checks = SummariseChecks(*result, LevelOfOneTest(options.test_level));
   out.shares = SharesOf(block, *result);
+  if (options.pairs == PairChoice::kDistances) {
+    out.differences = SummariseDifferences(block, *result);
+  }
   const bool gross = IsGross(options, *result);
   if (gross) {
     Refuse(result,

@@ -17,12 +17,6 @@
 
 namespace sarblock {
 
-/// Each solved point with its nearest solved neighbour, each pair once, ascending.
-[[nodiscard]] PointPairs NeighbourPairs(const AdjustmentProblem& problem, const BlockState& state);
-
-/// All pairs of solved points; throws InputError above `most` pairs.
-[[nodiscard]] PointPairs AllPairs(const AdjustmentProblem& problem, std::size_t most = 2000000);
-
 /// Covariances by ceres::Covariance: the slow independent route beside the reduced normals
 /// (`covariance_method = "ceres"`).
 struct CeresCovariances {

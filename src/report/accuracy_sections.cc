@@ -264,6 +264,37 @@ PageTable ControlTable(const ResultFolder& result) {
   return table;
 }
 
+/// Sigma of differences against the distance, one figure a component, pairs along and across.
+void AddDifferences(const std::vector<DifferenceClass>& differences, PageSection* section) {
+  constexpr std::array kAxes = {"along", "across", "up"};
+  PageFigures figures;
+  for (std::size_t k = 0; k < kAxes.size(); ++k) {
+    XyChart chart;
+    chart.x = {"distance [m]", true, kNotGiven, kNotGiven};
+    chart.y.label = "sigma [m]";
+    ChartSeries along{"pairs along the track", "line", "blue", {}, {}, {}, {}, {}};
+    ChartSeries across{"pairs across it", "dash", "ink", {}, {}, {}, {}, {}};
+    for (const DifferenceClass& of : differences) {
+      ChartSeries& series = of.along ? along : across;
+      series.x.push_back(of.distance_m);
+      series.y.push_back(std::array{of.sigma_along_m, of.sigma_across_m, of.sigma_up_m}[k]);
+    }
+    chart.series = {along, across};
+    FitY(&chart);
+    const std::string id = fmt::format("differences-{}", k);
+    figures.figures.push_back({id,
+                               fmt::format("Differences {} against distance", kAxes[k]),
+                               "",
+                               "third",
+                               ChartJson(id, chart)});
+  }
+  section->items.emplace_back(std::move(figures));
+  section->items.emplace_back(
+      PageText{"Standard deviation of the difference of two points, the median of a sample of "
+               "pairs of each distance. Along is the track of the first pass.",
+               "note"});
+}
+
 }  // namespace
 
 PageSection TestSection(const ResultFolder& result) {
@@ -312,6 +343,9 @@ PageSection TestSection(const ResultFolder& result) {
 
 PageSection KnownPointsSection(const ResultFolder& result) {
   PageSection section{"known", "Control and check points", {}};
+  if (!result.file.summary.differences.empty()) {
+    AddDifferences(result.file.summary.differences, &section);
+  }
   if (result.file.points.checks.empty()) {
     section.items.emplace_back(PageText{
         "There are no check points: no known position was kept out of the adjustment.", "note"});

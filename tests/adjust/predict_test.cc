@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/adjust.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <vector>
 
 #include "support/small_blocks.h"
@@ -133,6 +135,47 @@ TEST_P(PredictTest, HasNoTestsOfWhatWasMeasured) {
   }
   EXPECT_EQ(predicted.assessment.tests.figures.tests, clean.assessment.tests.figures.tests);
   EXPECT_GT(predicted.assessment.tests.figures.tests, 0U);
+}
+
+// Second route: the least checked observation of each kind by all of their own figures.
+TEST_P(PredictTest, NamesWhatOthersHardlyCheck) {
+  const test::KnownBlock known = PlannedBlock(GetParam());
+  const AdjustResult result = Predict(known.block, SomeCorrections(), known.truth_m, kPairs);
+  const QualitySummary& summary = result.assessment.tests;
+  const double delta0 = summary.figures.delta0;
+  const CheckedObservations& control = summary.checked[2];
+  EXPECT_EQ(control.count, 6U);  // components fixed
+  std::size_t hardly = 0;
+  double farthest_m = 0.0;
+  for (const ControlQuality& of : result.control_quality) {
+    hardly += of.redundancy < 0.1 ? 1U : 0U;
+    const double moved_m = delta0 * of.shift_m / std::sqrt(of.redundancy);
+    if (moved_m <= farthest_m) continue;
+    farthest_m = moved_m;
+    EXPECT_LE(moved_m, control.shift_m * (1.0 + 1e-6));
+  }
+  EXPECT_EQ(control.hardly, hardly);
+  EXPECT_NEAR(control.shift_m, farthest_m, 1e-6 * farthest_m);
+  const double sigma_m = std::sqrt(
+      known.block.points.FindKnown(control.point)->covariance_enu_m2(control.part, control.part));
+  EXPECT_NEAR(control.blunder_m, delta0 * sigma_m / std::sqrt(control.redundancy), 1e-9);
+  for (std::size_t k = 0; k < 2; ++k) {
+    const CheckedObservations& looks = summary.checked[k];
+    const std::vector<float>& redundancy = result.quality.redundancy[k];
+    EXPECT_EQ(looks.count, redundancy.size());
+    EXPECT_EQ(
+        static_cast<std::ptrdiff_t>(looks.hardly),
+        std::count_if(redundancy.begin(), redundancy.end(), [](float r) { return r < 0.1F; }));
+    for (std::size_t i = 0; i < redundancy.size(); ++i) {
+      const double r = static_cast<double>(redundancy[i]);
+      if (!(r > 1e-6)) {
+        EXPECT_TRUE(std::isinf(looks.shift_m));
+        continue;
+      }
+      const double shift_m = static_cast<double>(result.quality.shift_m[k][i]);
+      EXPECT_LE(delta0 * shift_m / std::sqrt(r), looks.shift_m * (1.0 + 1e-6));
+    }
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(AircraftAndOrbit, PredictTest, testing::Bool());

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "quality/point_pairs.h"
 #include "quality/point_sweep.h"
 #include "quality/result_covariance.h"
 #include "solve/ceres_engine.h"
@@ -318,6 +319,52 @@ TEST(NeighbourPairsTest, NamesEachNearestPairOnce) {
   state.start_m = {{0.0, 0.0, 0.0}, {10.3, 0.0, 0.0}, {17.1, 0.0, 0.0}, {61.7, 0.0, 0.0}};
   const std::vector<std::pair<std::uint32_t, std::uint32_t>> expected = {{0, 1}, {1, 2}, {2, 3}};
   EXPECT_EQ(NeighbourPairs(problem, state), expected);
+}
+
+/// A line of points eastwards and one northwards through the same corner, 100 m apart.
+struct Corner {
+  Corner() {
+    for (int i = 0; i < 33; ++i) state.start_m.emplace_back(100.0 * i, 0.0, 0.0);
+    for (int i = 1; i < 33; ++i) state.start_m.emplace_back(0.0, 100.0 * i, 0.0);
+    state.displacement_m.assign(state.start_m.size(), Eigen::Vector3d::Zero());
+  }
+  BlockState state;
+};
+
+// By hand: 0.7 of 3200 m and halves of it, along the axes that the flight defines.
+TEST(DistancePairsTest, AreAlongAndAcrossTheTrackAtHalvedDistances) {
+  const Corner corner;
+  test::BlockPlan plan = test::AircraftPlan();
+  plan.points = corner.state.start_m.size();
+  for (test::PassPlan& pass : plan.passes) pass.straight = true;
+  plan.passes.front().heading_deg = 0.0;  // of these blocks: along x
+  const test::KnownBlock known = test::MakeBlock(plan);
+  const AdjustmentProblem problem(known.block, {});
+  const PointPairs pairs = DistancePairs(problem, corner.state);
+  ASSERT_GT(pairs.size(), 100U);
+  AdjustResult result;
+  for (const Eigen::Vector3d& p_m : corner.state.start_m) result.points.position_m.push_back(p_m);
+  for (const auto& [a, b] : pairs) {
+    PairResult pair;
+    pair.a = a;
+    pair.b = b;
+    pair.difference_enu_m = corner.state.start_m[b] - corner.state.start_m[a];
+    const double part = pair.difference_enu_m.norm() / 2240.0;
+    const double halvings = -std::log2(part);
+    EXPECT_NEAR(halvings, std::round(halvings), 0.42) << "within a quarter of a distance";
+    pair.covariance_m2 = {4.0, 9.0, part * part, 0.0, 0.0, 0.0};
+    result.pairs.push_back(pair);
+  }
+  const std::vector<DifferenceClass> classes = SummariseDifferences(known.block, result);
+  ASSERT_GE(classes.size(), 8U);
+  std::size_t counted = 0;
+  for (const DifferenceClass& of : classes) {
+    counted += of.pairs;
+    EXPECT_DOUBLE_EQ(of.sigma_along_m, 2.0);
+    EXPECT_DOUBLE_EQ(of.sigma_across_m, 3.0);
+    EXPECT_NEAR(of.sigma_up_m, of.distance_m / 2240.0, 1e-12);
+  }
+  EXPECT_EQ(counted, pairs.size());
 }
 
 }  // namespace

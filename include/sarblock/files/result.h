@@ -170,6 +170,7 @@ struct ResultSummary {
   bool sigma_scaled_by_posterior = false;
   std::optional<ResultTest> chi_square;
   std::vector<ResultGroup> groups;  ///< empty where the file has none
+  std::vector<DifferenceClass> differences;
   std::optional<ResultChecks> checks;
   std::optional<ResultTests> tests;
   std::optional<std::size_t> snooping_rounds;
