@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -18,6 +19,7 @@
 #include "leberl/pair.h"
 #include "program.h"
 #include "session.h"
+#include "simulate/image_sigma.h"
 #include "terminal.h"
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
@@ -147,8 +149,11 @@ using Json = nlohmann::ordered_json;
 struct PlanPairInput {
   PairInput pair;
   std::vector<double> looks_deg;
-  double range_sigma_m = 0.0;
-  std::optional<double> azimuth_sigma_m, path_sigma_m, goal_up_m;
+  std::optional<double> range_sigma_m, azimuth_sigma_m, path_sigma_m, goal_up_m;
+  /// In place of the first two: images, and the options that describe them.
+  SceneImage image;
+  std::optional<double> bandwidth_mhz, snr_incidence_deg;
+  bool images = false;
 };
 
 /// What is printed of a pair.
@@ -159,26 +164,66 @@ struct PlannedPair {
   leberl::ViewingGuidance viewing;
   double exaggeration = 0.0;
   SlopeLimits slopes;
+  PairSigmas sigmas;
   std::optional<SecondLooks> second;  ///< that reach a goal which the pair misses
+  std::optional<BestLook> best;       ///< of images
 };
+
+/// Of two images that are matched: what decides is seen on level ground.
+PairSigmas SigmasOfImages(const SceneImage& image, double path_m, const StereoPair& pair) {
+  std::array<ImageView, 2> views;
+  for (std::size_t k = 0; k < 2; ++k) {
+    const bool opposite = k == 1 && pair.arrangement == Arrangement::kOppositeSide;
+    views[k].local_incidence_rad =
+        IncidenceAngle(pair.look_rad[k], pair.height_m, pair.body_radius_m);
+    views[k].parallax[0] = (opposite ? -1.0 : 1.0) / std::tan(views[k].local_incidence_rad);
+  }
+  PairSigmas out;
+  out.path_m = path_m;
+  for (std::size_t k = 0; k < 2; ++k) {
+    const ImageSigma sigma = SigmaOfMatch(image, views[k], views[1 - k]);
+    out.range_m[k] = sigma.range_m;
+    out.azimuth_m[k] = sigma.azimuth_m;
+  }
+  return out;
+}
+
+/// What the options say of the sigmas, which for images depend on the pair.
+std::function<PairSigmas(const StereoPair&)> SigmasGiven(const PlanPairInput& input) {
+  const double path_m =
+      input.path_sigma_m ? CheckedPositive("--path-sigma-m", *input.path_sigma_m, "m") : 0.0;
+  if (input.images) {
+    SceneImage image = input.image;
+    if (input.bandwidth_mhz) image.bandwidth_hz = 1e6 * *input.bandwidth_mhz;
+    if (input.snr_incidence_deg) image.snr_incidence_rad = *input.snr_incidence_deg * kRadPerDeg;
+    if (const auto problem = FindImageProblem(image)) {
+      std::string option = "--" + problem->field;
+      std::replace(option.begin(), option.end(), '_', '-');
+      throw InputError(option, problem->problem);
+    }
+    return [image, path_m](const StereoPair& pair) { return SigmasOfImages(image, path_m, pair); };
+  }
+  const double range_m = CheckedPositive("--range-sigma-m", input.range_sigma_m.value(), "m");
+  // Azimuth decides the position along the parallel tracks alone, which is then not printed.
+  const double azimuth_m = input.azimuth_sigma_m
+                               ? CheckedPositive("--azimuth-sigma-m", *input.azimuth_sigma_m, "m")
+                               : range_m;
+  return [=](const StereoPair&) {
+    return PairSigmas{{range_m, range_m}, {azimuth_m, azimuth_m}, path_m};
+  };
+}
 
 PlannedPair PlanOf(const PlanPairInput& input) {
   PlannedPair plan;
   plan.given = PairOf(input.pair);
-  PairSigmas sigmas;
-  sigmas.range_m = CheckedPositive("--range-sigma-m", input.range_sigma_m, "m");
-  if (input.path_sigma_m) {
-    sigmas.path_m = CheckedPositive("--path-sigma-m", *input.path_sigma_m, "m");
-  }
-  plan.along = input.azimuth_sigma_m.has_value();
-  // Azimuth decides the position along the parallel tracks alone, which is then not printed.
-  sigmas.azimuth_m = plan.along ? CheckedPositive("--azimuth-sigma-m", *input.azimuth_sigma_m, "m")
-                                : sigmas.range_m;
+  plan.along = input.images || input.azimuth_sigma_m.has_value();
+  const auto sigmas_of = SigmasGiven(input);
   const StereoPair pair{plan.given.look_rad,
                         plan.given.height_m.value(),
                         plan.given.body_radius_m,
                         plan.given.arrangement};
-  const auto accuracy = AccuracyOf(pair, sigmas);
+  plan.sigmas = sigmas_of(pair);
+  const auto accuracy = AccuracyOf(pair, plan.sigmas);
   if (!accuracy) {
     throw UndeterminedError("the two looks do not determine a point: their circles touch", {});
   }
@@ -187,10 +232,11 @@ PlannedPair PlanOf(const PlanPairInput& input) {
   plan.viewing = leberl::CheckViewing(first_rad, second_rad, pair.arrangement);
   plan.exaggeration = leberl::ExaggerationFromAngles(first_rad, second_rad, pair.arrangement);
   plan.slopes = SlopesShown(plan.given.incidence_rad, pair.arrangement);
-  if (input.goal_up_m &&
+  if (input.images) plan.best = BestSecondLook(pair, sigmas_of);
+  if (input.goal_up_m && !input.images &&
       accuracy->all.up_m > CheckedPositive("--goal-up-m", *input.goal_up_m, "m") &&
       pair.arrangement == Arrangement::kSameSide) {
-    plan.second = SecondLooksFor(pair, sigmas, *input.goal_up_m);
+    plan.second = SecondLooksFor(pair, plan.sigmas, *input.goal_up_m);
   }
   return plan;
 }
@@ -216,6 +262,8 @@ Json PlanJson(const PlanPairInput& input, const PlannedPair& plan) {
       {"incidence_deg", AnglesJson(plan.given.incidence_rad)},
       {"range_m", plan.accuracy.range_m},
       {"intersection_deg", plan.accuracy.intersection_rad * kDegPerRad},
+      {"range_sigma_m", plan.sigmas.range_m},
+      {"azimuth_sigma_m", plan.along ? Json(plan.sigmas.azimuth_m) : Json()},
       {"sigma", SigmasJson(plan.accuracy.all, plan.along)},
       {"sigma_measured", SigmasJson(plan.accuracy.measured, plan.along)},
       {"sigma_paths", input.path_sigma_m ? SigmasJson(plan.accuracy.paths, true) : Json()},
@@ -228,6 +276,10 @@ Json PlanJson(const PlanPairInput& input, const PlannedPair& plan) {
   if (input.goal_up_m) {
     json["goal_up_m"] = *input.goal_up_m;
     json["goal_reached"] = plan.accuracy.all.up_m <= *input.goal_up_m;
+  }
+  if (plan.best) {
+    json["best_second_look_deg"] = plan.best->look_rad * kDegPerRad;
+    json["best_sigma_up_m"] = plan.best->sigma_up_m;
   }
   if (plan.second) {
     json["second_look_below_deg"] = degrees(plan.second->below);
@@ -285,6 +337,14 @@ std::string PlanText(const PlanPairInput& input, const PlannedPair& plan) {
                       "slant ranges",
                       1e-3 * plan.accuracy.range_m[0],
                       1e-3 * plan.accuracy.range_m[1]);
+  if (input.images) {
+    text += fmt::format("{:<26}{:>12.3g} and {:.3g} m, azimuths {:.3g} and {:.3g} m\n",
+                        "sigma of the ranges",
+                        plan.sigmas.range_m[0],
+                        plan.sigmas.range_m[1],
+                        plan.sigmas.azimuth_m[0],
+                        plan.sigmas.azimuth_m[1]);
+  }
   text +=
       fmt::format("{:<26}{:>12}{:>12}{:>12}\n", "sigma of the point [m]", "along", "across", "up");
   if (input.path_sigma_m) {
@@ -293,6 +353,12 @@ std::string PlanText(const PlanPairInput& input, const PlannedPair& plan) {
   }
   text += SigmaRow(
       input.path_sigma_m ? "  all" : "  paths known exactly", plan.accuracy.all, plan.along);
+  if (plan.best) {
+    text += fmt::format("{:<26}{:>12.2f} deg: sigma up {:.4g} m\n",
+                        "best second look",
+                        deg(plan.best->look_rad),
+                        plan.best->sigma_up_m);
+  }
   if (input.goal_up_m) text += GoalText(input, plan);
   const auto kept = [](bool yes) { return yes ? "kept" : "not kept"; };
   text += fmt::format("vertical exaggeration q         about {:.2g} (Leberl (1979), Eq. 10)\n",
@@ -322,6 +388,51 @@ int RunPlanPair(const PlanPairInput& input, const Session& session) {
   return kAccepted;
 }
 
+/// Images in place of standard deviations.
+void AddImageOptions(CLI::App* command, PlanPairInput* input) {
+  command->add_option("--bandwidth-mhz",
+                      input->bandwidth_mhz,
+                      "images in place of standard deviations: bandwidth of the pulse");
+  command->add_option("--azimuth-resolution-m",
+                      input->image.azimuth_resolution_m,
+                      "images: resolution along track");
+  command->add_option("--snr-db",
+                      input->image.snr_db,
+                      "images: signal over noise of the ground at --snr-incidence-deg; without "
+                      "--window-m signal over clutter of reflectors");
+  command->add_option("--snr-incidence-deg",
+                      input->snr_incidence_deg,
+                      "images: incidence of that ratio (default 35)");
+  command->add_option("--backscatter-exponent",
+                      input->image.backscatter_exponent,
+                      "images: backscatter falls as cos^n of the incidence (default 2)");
+  command->add_option("--window-m",
+                      input->image.window_m,
+                      "images: side of a matched window on the ground (default: reflectors)");
+  command->add_option("--correlation",
+                      input->image.correlation,
+                      "images: of windows seen alike, without noise (default 0.15)");
+  command->add_option("--slope-rms",
+                      input->image.slope_rms,
+                      "images: slope of the relief within a window (default 0)");
+}
+
+void RequireSigmasOrImages(PlanPairInput* input) {
+  const SceneImage none;
+  input->images = input->bandwidth_mhz || input->snr_incidence_deg ||
+                  !std::isnan(input->image.azimuth_resolution_m) ||
+                  !std::isnan(input->image.snr_db) || !std::isnan(input->image.window_m) ||
+                  input->image.correlation != none.correlation ||
+                  input->image.backscatter_exponent != none.backscatter_exponent ||
+                  input->image.slope_rms != none.slope_rms;
+  if (input->images == (input->range_sigma_m || input->azimuth_sigma_m) ||
+      (!input->images && !input->range_sigma_m)) {
+    throw CLI::ValidationError("pair",
+                               "accuracies are given by --range-sigma-m (and --azimuth-sigma-m), "
+                               "or by --bandwidth-mhz, --azimuth-resolution-m and --snr-db");
+  }
+}
+
 }  // namespace
 
 void AddPlan(CLI::App* app, Session* session) {
@@ -334,13 +445,12 @@ void AddPlan(CLI::App* app, Session* session) {
   command->add_option("--look", input->looks_deg, "look angle off nadir [deg]; twice")
       ->allow_extra_args(false);
   AddPairOptions(command, &input->pair);
-  command
-      ->add_option(
-          "--range-sigma-m", input->range_sigma_m, "standard deviation of each slant range")
-      ->required();
+  command->add_option(
+      "--range-sigma-m", input->range_sigma_m, "standard deviation of each slant range");
   command->add_option("--azimuth-sigma-m",
                       input->azimuth_sigma_m,
                       "standard deviation of each azimuth, along track at the target");
+  AddImageOptions(command, input.get());
   command->add_option("--path-sigma-m",
                       input->path_sigma_m,
                       "standard deviation of each flight path along, across and up");
@@ -354,6 +464,7 @@ void AddPlan(CLI::App* app, Session* session) {
     if (!input->looks_deg.empty()) input->pair.first_look_deg = input->looks_deg.front();
     if (input->looks_deg.size() == 2) input->pair.second_look_deg = input->looks_deg.back();
     RequireOnePair("pair", HeightNeed::kRequired, input->pair);
+    RequireSigmasOrImages(input.get());
     session->run = [session, input] { return RunPlanPair(*input, *session); };
   });
 }

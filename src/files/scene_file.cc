@@ -140,6 +140,20 @@ SceneRecorder ReadRecorder(SceneTable& table) {
 
 namespace {
 
+SceneImage ReadImage(SceneTable& table) {
+  SceneImage image;
+  table.Number("bandwidth_mhz", &image.bandwidth_hz, 1e6);
+  table.Number("azimuth_resolution_m", &image.azimuth_resolution_m);
+  table.Number("snr_db", &image.snr_db);
+  table.Number("snr_incidence_deg", &image.snr_incidence_rad, kRadPerDeg);
+  table.Number("backscatter_exponent", &image.backscatter_exponent);
+  table.Number("window_m", &image.window_m);
+  table.Number("correlation", &image.correlation);
+  table.Number("slope_rms", &image.slope_rms);
+  table.Finish();
+  return image;
+}
+
 SceneLooks ReadLooks(SceneTable& table) {
   using Blunder = SceneLooks::BlunderKind;
   SceneLooks looks;
@@ -165,6 +179,7 @@ SceneLooks ReadLooks(SceneTable& table) {
       {{"range", Blunder::kRange}, {"azimuth", Blunder::kAzimuth}, {"both", Blunder::kBoth}},
       &looks.blunder_kind);
   table.Choice<bool>("cone", {{"squint", false}, {"doppler", true}}, &looks.doppler);
+  if (auto image = table.Table("image")) looks.image = ReadImage(*image);
   table.Finish();
   return looks;
 }

@@ -45,15 +45,28 @@ std::optional<std::array<FixedPathLook, 2>> LooksOf(const StereoPair& pair) {
 
 std::optional<PointSigmas> SigmasWith(std::array<FixedPathLook, 2> looks,
                                       const PairSigmas& sigmas) {
-  for (FixedPathLook& look : looks) {
+  for (std::size_t k = 0; k < looks.size(); ++k) {
+    FixedPathLook& look = looks[k];
     const double along_part =
         LookTimeRates(
             Vector3d::Zero(), look.antenna_m, look.velocity_mps, look.acceleration_mps2, look.cone)
             .along_mps;
-    look.range_sigma_m = std::hypot(sigmas.range_m, sigmas.path_m);
-    look.azimuth_sigma = std::hypot(sigmas.azimuth_m, along_part * sigmas.path_m);
+    look.range_sigma_m = std::hypot(sigmas.range_m[k], sigmas.path_m);
+    look.azimuth_sigma = std::hypot(sigmas.azimuth_m[k], along_part * sigmas.path_m);
   }
   return SigmasOf(looks, Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ());
+}
+
+constexpr double kNadir_rad = 1e-3;
+
+/// The widest look that sees the body.
+double LastLook_rad(const StereoPair& pair) {
+  const double horizon_rad =
+      std::isinf(pair.body_radius_m)
+          ? kRightAngle_rad
+          : std::asin(pair.body_radius_m / (pair.body_radius_m + pair.height_m));
+  constexpr double kAlmost = 1.0 - 1e-6;
+  return horizon_rad * kAlmost;
 }
 
 }  // namespace
@@ -101,7 +114,7 @@ std::optional<PairAccuracy> AccuracyOf(const StereoPair& pair, const PairSigmas&
   accuracy.measured = *by_looks;
   accuracy.all = *all;
   if (sigmas.path_m > 0.0) {
-    const auto paths = SigmasWith(*looks, {0.0, 0.0, sigmas.path_m});
+    const auto paths = SigmasWith(*looks, {{}, {}, sigmas.path_m});
     if (!paths) return std::nullopt;
     accuracy.paths = *paths;
   }
@@ -133,12 +146,22 @@ SecondLooks SecondLooksFor(const StereoPair& pair, const PairSigmas& sigmas, dou
     }
     return meets;
   };
-  const double horizon_rad =
-      std::isinf(pair.body_radius_m)
-          ? kRightAngle_rad
-          : std::asin(pair.body_radius_m / (pair.body_radius_m + pair.height_m));
-  constexpr double kNadir_rad = 1e-3, kAlmost = 1.0 - 1e-6;
-  return {edge(pair.look_rad[0], kNadir_rad), edge(pair.look_rad[0], horizon_rad * kAlmost)};
+  return {edge(pair.look_rad[0], kNadir_rad), edge(pair.look_rad[0], LastLook_rad(pair))};
+}
+
+std::optional<BestLook> BestSecondLook(
+    const StereoPair& pair, const std::function<PairSigmas(const StereoPair&)>& sigmas_of) {
+  constexpr int kSteps = 900;
+  const double last_rad = LastLook_rad(pair);
+  std::optional<BestLook> best;
+  for (int step = 0; step <= kSteps; ++step) {
+    StereoPair trial = pair;
+    trial.look_rad[1] = kNadir_rad + (last_rad - kNadir_rad) * step / kSteps;
+    const auto accuracy = AccuracyOf(trial, sigmas_of(trial));
+    if (!accuracy || (best && accuracy->all.up_m >= best->sigma_up_m)) continue;
+    best = BestLook{trial.look_rad[1], accuracy->all.up_m};
+  }
+  return best;
 }
 
 }  // namespace sarblock

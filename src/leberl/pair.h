@@ -5,6 +5,7 @@
 #include "sarblock/leberl/formulas.h"
 
 #include <array>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <span>
@@ -46,10 +47,10 @@ struct PointSigmas {
                                                   const Eigen::Vector3d& across,
                                                   const Eigen::Vector3d& up);
 
-/// What a pair is planned with; all > 0. Errors of both images are independent.
+/// What a pair is planned with, by look; all > 0. Errors of both images are independent.
 struct PairSigmas {
-  double range_m = 0.0;
-  double azimuth_m = 0.0;  ///< along track at the target
+  std::array<double, 2> range_m{};
+  std::array<double, 2> azimuth_m{};  ///< along track at the target
   /// Of each flight path along, across and up, constant over the strip; 0: paths known exactly.
   double path_m = 0.0;
 };
@@ -90,5 +91,14 @@ struct SecondLooks {
 [[nodiscard]] SecondLooks SecondLooksFor(const StereoPair& pair,
                                          const PairSigmas& sigmas,
                                          double sigma_up_m);
+
+/// The second look angle with the best height (PairAccuracy::all), among all that see the body,
+/// where standard deviations depend on the pair; nothing where no look determines a point.
+struct BestLook {
+  double look_rad = 0.0;
+  double sigma_up_m = 0.0;
+};
+[[nodiscard]] std::optional<BestLook> BestSecondLook(
+    const StereoPair& pair, const std::function<PairSigmas(const StereoPair&)>& sigmas_of);
 
 }  // namespace sarblock

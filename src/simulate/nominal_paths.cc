@@ -15,6 +15,7 @@
 #include "block/swath.h"
 #include "core/text.h"
 #include "geometry/track_axes.h"
+#include "image_sigma.h"
 #include "scene.h"
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -249,7 +250,7 @@ double TimeMargin(const Scene& scene, double speed_mps, double duration_s, doubl
   const double angle_rad =
       navigation.squint_bias_sigma_rad + joint.squint_bias_rad + turn_mps / speed_mps;
   const double measured = scene.looks.blunder_fraction > 0.0 ? scene.looks.blunder_size : 1.0;
-  const LookSigma& sigma = scene.looks.azimuth;
+  const LookSigma sigma = SigmaOfPass(scene.looks);
   const double azimuth_s = sigma.azimuth_unit == AzimuthUnit::kSeconds  ? sigma.azimuth
                            : sigma.azimuth_unit == AzimuthUnit::kMetres ? sigma.azimuth / speed_mps
                                                                         : 0.0;
@@ -268,9 +269,8 @@ Pass MakePass(const Scene& scene,
   pass.id = id;
   pass.side = flight.side;
   pass.wavelength_m = flight.wavelength_m;
-  pass.sigma = scene.looks.azimuth;
-  pass.sigma.range_m =
-      std::isnan(flight.range_sigma_m) ? scene.looks.range_sigma_m : flight.range_sigma_m;
+  pass.sigma = SigmaOfPass(scene.looks);
+  if (!std::isnan(flight.range_sigma_m)) pass.sigma.range_m = flight.range_sigma_m;
   if (!std::isnan(flight.azimuth_sigma_m)) {
     pass.sigma.azimuth = flight.azimuth_sigma_m;
     pass.sigma.azimuth_unit = AzimuthUnit::kMetres;

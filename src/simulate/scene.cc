@@ -10,6 +10,8 @@
 #include <cmath>
 #include <set>
 
+#include "image_sigma.h"
+
 namespace sarblock {
 namespace {
 
@@ -101,6 +103,9 @@ Problem FindFlightProblem(const Scene& scene, const SceneFlight& flight, const s
   }
   if (Given(flight.azimuth_sigma_m) && !Positive(flight.azimuth_sigma_m)) {
     return {{field + "azimuth_sigma_m", "must be positive"}};
+  }
+  if (scene.looks.image && (Given(flight.range_sigma_m) || Given(flight.azimuth_sigma_m))) {
+    return {{field + "range_sigma_m", "is excluded, as azimuth_sigma_m is, by [looks.image]"}};
   }
   return flight.pattern == SceneFlight::Pattern::kStrips ? FindStripsProblem(flight, field)
                                                          : FindOrbitProblem(scene, flight, field);
@@ -195,10 +200,17 @@ Problem FindNavigationProblem(const SceneNavigation& navigation) {
 }
 
 Problem FindLooksProblem(const SceneLooks& looks) {
-  if (!Positive(looks.range_sigma_m)) {
+  if (looks.image) {
+    if (Problem problem = FindImageProblem(*looks.image)) {
+      return {{"looks.image." + problem->field, problem->problem}};
+    }
+    if (Given(looks.range_sigma_m) || looks.azimuth.azimuth_unit != AzimuthUnit::kMetres ||
+        Given(looks.azimuth.azimuth)) {
+      return {{"looks.image", "stands in place of range_sigma_m and the sigma of the azimuth"}};
+    }
+  } else if (!Positive(looks.range_sigma_m)) {
     return {{"looks.range_sigma_m", "must be given and positive"}};
-  }
-  if (!Positive(looks.azimuth.azimuth)) {
+  } else if (!Positive(looks.azimuth.azimuth)) {
     return {{"looks.azimuth_sigma_m",
              "must be given and positive (or azimuth_sigma_s, or doppler_sigma_hz)"}};
   }

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -14,6 +15,7 @@
 
 #include "block/read_recorded.h"
 #include "core/threads.h"
+#include "image_sigma.h"
 #include "nominal_paths.h"
 #include "places.h"
 #include "scene.h"
@@ -41,16 +43,48 @@ struct SeenPoints {
   std::vector<Eigen::Vector3d> position_m;
   std::vector<std::size_t> look_count;
   std::vector<PlannedLook> looks;
+  std::vector<ImageSigma> sigmas;  // by look, of a scene with images
 };
+
+/// The normal of the terrain at a place, frame axes.
+Eigen::Vector3d NormalAt(const Scene& scene,
+                         const Terrain& terrain,
+                         const Eigen::Vector2d& plane_m) {
+  const double step_m = 1e-3 * scene.terrain.correlation_m;
+  const auto at = [&](double east_m, double north_m) {
+    const Eigen::Vector2d place_m = plane_m + Eigen::Vector2d(east_m, north_m);
+    return FrameFromPlane(scene, place_m, terrain.HeightAt(place_m));
+  };
+  return (at(step_m, 0.0) - at(-step_m, 0.0)).cross(at(0.0, step_m) - at(0.0, -step_m));
+}
+
+/// Each look is matched with the one that sees the ground most alike.
+void AppendSigmas(const SceneImage& image,
+                  const std::vector<ImageView>& views,
+                  std::vector<ImageSigma>* sigmas) {
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    std::size_t alike = i;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < views.size(); ++k) {
+      const double differs = (views[k].parallax - views[i].parallax).norm();
+      if (k == i || differs >= least) continue;
+      least = differs;
+      alike = k;
+    }
+    sigmas->push_back(SigmaOfMatch(image, views[i], views[alike]));
+  }
+}
 
 SeenPoints SeePoints(const Scene& scene,
                      const Terrain& terrain,
+                     const std::vector<NominalPass>& planned,
                      const Visibility& visibility,
                      const PointPlan& plan,
                      std::size_t begin,
                      std::size_t end) {
   SeenPoints seen;
   std::vector<PlannedLook> looks;
+  std::vector<ImageView> views;
   for (std::size_t i = begin; i < end; ++i) {
     PlacedPoint point = plan.At(i);
     const Eigen::Vector3d p_m =
@@ -58,6 +92,15 @@ SeenPoints SeePoints(const Scene& scene,
     visibility.LooksAt(p_m, &looks);
     // Nobody measures a tie point in one image; control is listed even where no image shows it.
     if (point.role != PointRole::kControl && looks.size() < scene.points.min_looks) continue;
+    if (scene.looks.image) {
+      const Eigen::Vector3d normal = NormalAt(scene, terrain, point.plane_m);
+      views.clear();
+      for (const PlannedLook& look : looks) {
+        const std::optional<Motion> motion = planned[look.pass].pass.path.At(look.time_s);
+        views.push_back(ViewOf(scene.frame, p_m, normal, motion.value().position_m));
+      }
+      AppendSigmas(*scene.looks.image, views, &seen.sigmas);
+    }
     seen.points.push_back(std::move(point));
     seen.position_m.push_back(p_m);
     seen.look_count.push_back(looks.size());
@@ -82,6 +125,9 @@ void Append(const Scene& scene, const SeenPoints& seen, SimulatedBlock* out) {
     for (std::size_t k = 0; k < seen.look_count[i]; ++k, ++look) {
       block.looks.pass.push_back(seen.looks[look].pass);
       out->exact.nominal_time_s.push_back(seen.looks[look].time_s);
+      if (seen.sigmas.empty()) continue;
+      block.looks.range_sigma_m.push_back(seen.sigmas[look].range_m);
+      block.looks.azimuth_sigma.push_back(seen.sigmas[look].azimuth_m);
     }
     block.looks.offsets.push_back(block.looks.pass.size());
   }
@@ -104,7 +150,8 @@ void FillPointsAndLooks(const Scene& scene,
     std::vector<SeenPoints> ranges((count + kPointsPerRange - 1) / kPointsPerRange);
     ParallelForChunks(
         count, kPointsPerRange, [&](std::size_t range, std::size_t begin, std::size_t end) {
-          ranges[range] = SeePoints(scene, terrain, visibility, plan, first + begin, first + end);
+          ranges[range] =
+              SeePoints(scene, terrain, planned, visibility, plan, first + begin, first + end);
         });
     for (const SeenPoints& seen : ranges) Append(scene, seen, out);
   }

@@ -55,7 +55,7 @@ TEST(PairAccuracyTest, OverAPlaneIsEquation25) {
                           c.height_m,
                           kInfinity,
                           arrangement};
-    const auto accuracy = AccuracyOf(pair, {.range_m = 2.7, .azimuth_m = 3.1});
+    const auto accuracy = AccuracyOf(pair, {.range_m = {2.7, 2.7}, .azimuth_m = {3.1, 3.1}});
     ASSERT_TRUE(accuracy);
     const leberl::RangeNoise noise = NoiseOfRange(c, 2.7);
     EXPECT_NEAR(accuracy->all.across_m, noise.sigma_y_m, 1e-6 * noise.sigma_y_m);
@@ -71,7 +71,8 @@ TEST(PairAccuracyTest, OverAPlaneIsEquation25) {
 TEST(PairAccuracyTest, FromAnOrbitFollowsTheAnglesOfIncidence) {
   for (const Arrangement arrangement : {Arrangement::kSameSide, Arrangement::kOppositeSide}) {
     const StereoPair pair{{30.7 * kRadPerDeg, 39.4 * kRadPerDeg}, 702e3, kEarth_m, arrangement};
-    const auto accuracy = AccuracyOf(pair, {.range_m = 3.3, .azimuth_m = 1.9, .path_m = 4.1});
+    const auto accuracy =
+        AccuracyOf(pair, {.range_m = {3.3, 3.3}, .azimuth_m = {1.9, 1.9}, .path_m = 4.1});
     ASSERT_TRUE(accuracy);
     const auto [first, second] = accuracy->incidence_rad;
     const double other = arrangement == Arrangement::kSameSide ? second : -second;
@@ -92,7 +93,7 @@ TEST(PairAccuracyTest, FromAnOrbitFollowsTheAnglesOfIncidence) {
 }
 
 TEST(PairAccuracyTest, LooksThatMissTheBodyOrCoincideDetermineNothing) {
-  const PairSigmas sigmas{.range_m = 1.0, .azimuth_m = 1.0};
+  const PairSigmas sigmas{.range_m = {1.0, 1.0}, .azimuth_m = {1.0, 1.0}};
   EXPECT_FALSE(AccuracyOf({{30.0 * kRadPerDeg, 66.0 * kRadPerDeg}, 700e3, kEarth_m}, sigmas));
   EXPECT_FALSE(AccuracyOf({{30.0 * kRadPerDeg, 30.0 * kRadPerDeg}, 700e3, kEarth_m}, sigmas));
 }
@@ -114,7 +115,7 @@ TEST(SlopesShownTest, AreLimitedByLayoverAndShadowOfBothImages) {  // hand arith
 // The closed form above at the limits is the goal; a little nearer to the first look misses it.
 TEST(SecondLooksTest, AreWhereTheHeightReachesTheGoal) {
   const StereoPair pair{{35.0 * kRadPerDeg, 36.0 * kRadPerDeg}, 693e3, kEarth_m};
-  const PairSigmas sigmas{.range_m = 2.9, .azimuth_m = 1.0, .path_m = 0.7};
+  const PairSigmas sigmas{.range_m = {2.9, 2.9}, .azimuth_m = {1.0, 1.0}, .path_m = 0.7};
   const SecondLooks looks = SecondLooksFor(pair, sigmas, 20.0);
   ASSERT_TRUE(looks.below && looks.above);
   const double first_rad = IncidenceAngle(pair.look_rad[0], pair.height_m, kEarth_m);

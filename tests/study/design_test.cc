@@ -195,7 +195,7 @@ TEST(PlannedPairTest, OfAnOrbitIsThatOfASmallBlock) {
     const auto pair = AccuracyOf({.look_rad = {23.0 * kRadPerDeg, second_rad},
                                   .height_m = 693e3,
                                   .body_radius_m = 6378137.0},
-                                 {.range_m = 3.3, .azimuth_m = 5.0});
+                                 {.range_m = {3.3, 3.3}, .azimuth_m = {5.0, 5.0}});
     ASSERT_TRUE(pair);
     // The ellipsoid at 45 degrees of latitude is 11 km below the sphere: 0.3 % of the angles.
     EXPECT_NEAR(table.Number(row, "median_sigma_up_m"), pair->all.up_m, 0.01 * pair->all.up_m);

@@ -110,6 +110,20 @@ struct SceneRecorder {
   TrajectoryOptions reading;                        ///< how the block says that its states be read
 };
 
+/// Images from whose resolution, noise and matching follow the standard deviations of looks
+/// (docs/theory/measurement.md).
+struct SceneImage {
+  double bandwidth_hz = kNotGiven;          ///< > 0; the resolution in range is c / (2 B)
+  double azimuth_resolution_m = kNotGiven;  ///< > 0
+  /// Of the ground at snr_incidence_rad, power; of reflectors (no window) signal over clutter.
+  double snr_db = kNotGiven;
+  double snr_incidence_rad = 0.6108652381980153;  ///< 35 deg
+  double backscatter_exponent = 2.0;  ///< >= 0; backscatter is as cos^n of the local incidence
+  double window_m = kNotGiven;  ///< > 0, side of a matched window on the ground; NaN: reflectors
+  double correlation = 0.15;    ///< of windows seen alike, without noise; 0 < . < 1
+  double slope_rms = 0.0;       ///< >= 0, slope of the relief within a window
+};
+
 /// What is measured and how well.
 struct SceneLooks {
   double range_sigma_m = kNotGiven;
@@ -120,6 +134,7 @@ struct SceneLooks {
   enum class BlunderKind { kRange, kAzimuth, kBoth };
   BlunderKind blunder_kind = BlunderKind::kRange;  ///< kBoth: either one, by a coin
   bool doppler = false;                            ///< write Doppler centroids in place of squints
+  std::optional<SceneImage> image;                 ///< in place of the standard deviations above
 };
 
 /// Terrain heights over the scene plane: a Gaussian random field (places.h).
