@@ -174,6 +174,26 @@ Orbit AimOrbit(const Scene& scene,
           ", or another look angle");
 }
 
+/// Pass k of orbits given by their aim.
+Orbit OrbitByAim(const Scene& scene, const SceneFlight& flight, std::size_t k, const Orbit& orbit) {
+  const double shift = static_cast<double>(k) - 0.5 * static_cast<double>(flight.count - 1);
+  const double spacing_m = flight.count == 1 ? 0.0 : flight.spacing_m;
+  const Eigen::Vector2d aim_m = flight.aim_m + Eigen::Vector2d(shift * spacing_m, 0.0);
+  const double look_rad = std::isnan(flight.aim_look_rad)
+                              ? 0.5 * (flight.swath.limits[0] + flight.swath.limits[1])
+                              : flight.aim_look_rad;
+  return AimOrbit(
+      scene, flight, orbit, FrameFromPlane(scene, aim_m, scene.terrain.height_m), look_rad);
+}
+
+/// Pass k of orbits given by their node.
+Orbit OrbitByNode(const SceneFlight& flight, std::size_t k, Orbit orbit) {
+  const double spacing_rad = flight.count == 1 ? 0.0 : flight.node_spacing_rad;
+  orbit.node_rad = flight.node_lon_rad + static_cast<double>(k) * spacing_rad;
+  orbit.latitude_argument_rad = flight.argument_of_latitude_rad;
+  return orbit;
+}
+
 /// Largest slant range of the swath from height H over a sphere of radius a (a infinite: plane).
 double ReachOf(const SceneFlight& flight, double radius_m, double relief_m) {
   const double r_m = radius_m + flight.height_m, a_m = radius_m - relief_m;
@@ -392,14 +412,8 @@ std::vector<NominalPass> PlanPasses(const Scene& scene) {
         orbit.motion_rad_per_s = speed_mps / orbit.radius_m;
         orbit.rotation_rad_per_s =
             std::isnan(scene.rotation_rad_per_s) ? body->rotation : scene.rotation_rad_per_s;
-        const double shift = static_cast<double>(k) - 0.5 * static_cast<double>(flight.count - 1);
-        const double spacing_m = flight.count == 1 ? 0.0 : flight.spacing_m;
-        const Eigen::Vector2d aim_m = flight.aim_m + Eigen::Vector2d(shift * spacing_m, 0.0);
-        const double look_rad = std::isnan(flight.aim_look_rad)
-                                    ? 0.5 * (flight.swath.limits[0] + flight.swath.limits[1])
-                                    : flight.aim_look_rad;
-        orbit = AimOrbit(
-            scene, flight, orbit, FrameFromPlane(scene, aim_m, scene.terrain.height_m), look_rad);
+        orbit =
+            IsByNode(flight) ? OrbitByNode(flight, k, orbit) : OrbitByAim(scene, flight, k, orbit);
         trajectory = [orbit](double since_middle_s) { return orbit.At(since_middle_s); };
         duration_s = flight.length_m / (orbit.motion_rad_per_s * radius_m);
       }

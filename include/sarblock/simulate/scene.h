@@ -23,8 +23,12 @@ namespace sarblock {
 /// kStrips: `count` parallel lines at constant height. In the scene plane (x east, y north;
 /// `local`: the frame's x, y) the first starts at start_m, the next `spacing_m` to the left of the
 /// heading, and so on; each line is flown in `segments` passes of length_m. kOrbit: circular orbits
-/// about a geocentric body that rotates; pass k aims at the scene plane's point aim_m + (k -
-/// (count-1)/2) spacing_m east, which it sees at aim_look_rad at the middle of its time.
+/// about a geocentric body that rotates, each given by its inclination and, at the middle of its
+/// time, either by its aim: pass k sees the scene plane's point aim_m + (k - (count-1)/2) spacing_m
+/// east at aim_look_rad; or by its node: pass k is at argument_of_latitude_rad from the ascending
+/// node, whose body-fixed longitude then is node_lon_rad + k node_spacing_rad. With w the body's
+/// rotation and n the mean motion the pass crosses that node at the longitude node_lon_rad + w
+/// argument_of_latitude_rad / n.
 struct SceneFlight {
   enum class Pattern { kStrips, kOrbit };
   std::string id;  ///< of the pass if count is 1, else the stem of "id1", "id2", ...
@@ -48,9 +52,12 @@ struct SceneFlight {
   bool descending = false;             ///< orbit
   Eigen::Vector2d aim_m{0.0, 0.0};     ///< orbit
   double aim_look_rad = kNotGiven;     ///< orbit; not given: the middle of a look-angle swath
-  double wavelength_m = kNotGiven;     ///< needed for Doppler looks
-  double range_sigma_m = kNotGiven;    ///< not given: the scene's
-  double azimuth_sigma_m = kNotGiven;  ///< not given: the scene's
+  double node_lon_rad = kNotGiven;     ///< orbit; given: by its node, and nothing of its aim
+  double argument_of_latitude_rad = kNotGiven;  ///< orbit; needed with node_lon_rad
+  double node_spacing_rad = kNotGiven;          ///< needed with node_lon_rad where count > 1
+  double wavelength_m = kNotGiven;              ///< needed for Doppler looks
+  double range_sigma_m = kNotGiven;             ///< not given: the scene's
+  double azimuth_sigma_m = kNotGiven;           ///< not given: the scene's
 };
 
 /// How far the given flight paths are from the true ones: true = nominal + A(t) c(t), A the track
@@ -185,6 +192,9 @@ struct SceneProblem {
   std::string problem;
 };
 [[nodiscard]] std::optional<SceneProblem> FindProblem(const Scene& scene);
+
+/// Whether an orbit is given by its node and not by its aim.
+[[nodiscard]] bool IsByNode(const SceneFlight& flight);
 
 /// The states of the block are those of a recorder on the flown path, not the planned path itself.
 [[nodiscard]] bool IsRecorded(const Scene& scene);
