@@ -198,6 +198,7 @@ SceneTerrain ReadTerrain(SceneTable& table) {
   table.Number("height_m", &terrain.height_m);
   table.Number("relief_m", &terrain.relief_m);
   table.Number("correlation_m", &terrain.correlation_m);
+  table.Choice<bool>("visibility", {{"none", false}, {"terrain", true}}, &terrain.hides);
   table.Finish();
   return terrain;
 }

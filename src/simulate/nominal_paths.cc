@@ -438,6 +438,20 @@ Motion MotionAt(const Pass& pass, double time_s) {
   return *motion;
 }
 
+LookLoss LossOf(Unseen why) {
+  switch (why) {
+    case Unseen::kBeyondStrip:
+      return LookLoss::kBeyondStrip;
+    case Unseen::kWrongSide:
+      return LookLoss::kWrongSide;
+    case Unseen::kBelowHorizon:
+      return LookLoss::kBelowHorizon;
+    case Unseen::kOutsideSwath:
+      break;
+  }
+  return LookLoss::kOutsideSwath;
+}
+
 }  // namespace
 
 std::size_t Visibility::HashCell::operator()(const Cell& cell) const {
@@ -445,8 +459,10 @@ std::size_t Visibility::HashCell::operator()(const Cell& cell) const {
   return MixStream(MixStream(u(cell[0]), u(cell[1])), u(cell[2]));
 }
 
-Visibility::Visibility(const Frame& frame, const std::vector<NominalPass>& planned)
-    : frame_(frame), planned_(planned) {
+Visibility::Visibility(const Frame& frame,
+                       const std::vector<NominalPass>& planned,
+                       const TerrainSight* terrain)
+    : frame_(frame), planned_(planned), terrain_(terrain) {
   double farthest_m = 0.0;
   for (const NominalPass& pass : planned) {
     const Pass& p = pass.pass;
@@ -486,27 +502,42 @@ Visibility::Cell Visibility::CellOf(const Eigen::Vector3d& p_m) const {
   return cell;
 }
 
-bool Visibility::MayShow(const Reach& reach, const Eigen::Vector3d& p_m) const {
-  if ((p_m - reach.middle_m).squaredNorm() > reach.square_m2) return false;
+std::optional<LookLoss> Visibility::FindPlainLoss(const Reach& reach,
+                                                  const Eigen::Vector3d& p_m) const {
+  if ((p_m - reach.middle_m).squaredNorm() > reach.square_m2) return LookLoss::kBeyondReach;
   // The cone error falls along the path: it is not negative at the start, nor positive at the end.
   const Eigen::Vector3d from_start_m = p_m - reach.ends[0].position_m;
   const Eigen::Vector3d from_end_m = p_m - reach.ends[1].position_m;
   const double sine = reach.sine_of_squint;
   const double lean_start_m = sine == 0.0 ? 0.0 : from_start_m.norm() * sine;
   const double lean_end_m = sine == 0.0 ? 0.0 : from_end_m.norm() * sine;
-  return from_start_m.dot(reach.ends[0].ahead) - lean_start_m >= -kMargin_m &&
-         from_end_m.dot(reach.ends[1].ahead) - lean_end_m <= kMargin_m;
+  const bool within = from_start_m.dot(reach.ends[0].ahead) - lean_start_m >= -kMargin_m &&
+                      from_end_m.dot(reach.ends[1].ahead) - lean_end_m <= kMargin_m;
+  return within ? std::nullopt : std::optional(LookLoss::kBeyondStrip);
 }
 
-void Visibility::LooksAt(const Eigen::Vector3d& p_m, std::vector<PlannedLook>* looks) const {
+void Visibility::LooksAt(const Eigen::Vector3d& p_m,
+                         std::vector<PlannedLook>* looks,
+                         std::vector<LostLook>* lost) const {
   looks->clear();
+  lost->clear();
   const auto found = passes_of_.find(CellOf(p_m));
   if (found == passes_of_.end()) return;
-  for (const std::uint32_t pass : found->second) {
-    if (!MayShow(reaches_[pass], p_m)) continue;
-    if (const auto time_s = TimeSeen(frame_, planned_[pass].pass, p_m)) {
-      looks->push_back({pass, *time_s});
+  for (const std::uint32_t index : found->second) {
+    const Pass& pass = planned_[index].pass;
+    std::optional<LookLoss> loss = FindPlainLoss(reaches_[index], p_m);
+    if (loss == LookLoss::kBeyondReach) continue;
+    if (!loss) {
+      Unseen why{};
+      const std::optional<double> time_s = TimeSeen(frame_, pass, p_m, &why);
+      if (!time_s) {
+        loss = LossOf(why);
+      } else if (terrain_ != nullptr) {
+        loss = terrain_->Hides(MotionAt(pass, *time_s), pass.side, p_m);
+      }
+      if (!loss) looks->push_back({index, *time_s});
     }
+    if (loss) lost->push_back({index, *loss});
   }
 }
 

@@ -136,6 +136,7 @@ struct SceneTerrain {
   double height_m = 0.0;          ///< mean
   double relief_m = 0.0;          ///< standard deviation of the heights
   double correlation_m = 5000.0;  ///< correlation exp(-(r/L)^2); rugged: that of its longest octave
+  bool hides = false;             ///< looks in shadow or layover are left out
 };
 
 /// Where tie points lie: `count` of them in a rectangle of the scene plane.
@@ -242,6 +243,44 @@ struct ExactLooks {
   std::vector<double> doppler_hz;  ///< Doppler written for it; empty where squints are written
 };
 
+/// Why a pass takes no look at a placed point: the first of these that applies. kBeyondReach: the
+/// point is farther from the middle of the path than any point of the strip, and is not asked more.
+enum class LookLoss {
+  kBeyondReach,
+  kBeyondStrip,   ///< before the strip's start or after its end
+  kWrongSide,     ///< or beneath the path
+  kBelowHorizon,  ///< the antenna is not above the horizontal plane at the point
+  kOutsideSwath,
+  kShadow,  ///< SceneTerrain::hides
+  kLayover  ///< SceneTerrain::hides
+};
+/// Pairs of a point and a pass, by LookLoss.
+using LossCounts = std::array<std::size_t, 7>;
+
+/// What a pass makes of the placed points: `shown` and all `lost` add up to their number.
+struct PassCoverage {
+  std::size_t shown = 0;
+  LossCounts lost{};
+};
+
+/// What becomes of the points that a scene places, those included that are then left out.
+struct SceneCoverage {
+  struct Points {
+    std::size_t placed = 0;
+    std::size_t left_out = 0;  ///< fewer looks than min_looks; control is never left out
+    std::size_t unseen = 0;    ///< no look
+  };
+  std::array<Points, 3> points;              ///< by PointRole
+  std::vector<std::size_t> points_by_looks;  ///< points with k looks
+  LossCounts lost{};
+  LossCounts lost_of_left_out{};  ///< of the points left out
+  std::vector<PassCoverage> passes;
+
+  [[nodiscard]] const Points& of(PointRole role) const {
+    return points[static_cast<std::size_t>(role)];
+  }
+};
+
 /// A block whose truth is known, as reading its files gives it: recorded flights are read in the
 /// way that the scene's recorder states. Passes carry explicit start and end times.
 struct SimulatedBlock {
@@ -255,6 +294,7 @@ struct SimulatedBlock {
   std::vector<PassError> errors;  ///< by pass, as drawn
   ExactLooks exact;
   std::vector<std::uint8_t> blunder;  ///< by look, 1 where a blunder was added
+  SceneCoverage coverage;
   std::uint64_t measurement_seed = 0;
   std::uint64_t navigation_seed = 0;
   std::uint64_t control_seed = 0;
