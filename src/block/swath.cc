@@ -37,18 +37,26 @@ struct Sight {
   }
 };
 
+std::optional<Unseen> FindUnseen(const Frame& frame,
+                                 const Pass& pass,
+                                 const Motion& motion,
+                                 const Eigen::Vector3d& p_m) {
+  const Sight sight(frame, motion, pass.side, p_m);
+  if (!(sight.across_m > 0.0)) return Unseen::kWrongSide;
+  if (!(frame.UpAt(p_m).dot(motion.position_m - p_m) > 0.0)) return Unseen::kBelowHorizon;
+  if (!pass.swath) return std::nullopt;
+  const double value = sight.Quantity(pass.swath->kind);
+  const bool within = pass.swath->limits[0] <= value && value <= pass.swath->limits[1];
+  return within ? std::nullopt : std::optional(Unseen::kOutsideSwath);
+}
+
 }  // namespace
 
 bool IsSeen(const Frame& frame,
             const Pass& pass,
             const Motion& motion,
             const Eigen::Vector3d& p_m) {
-  const Sight sight(frame, motion, pass.side, p_m);
-  if (!(sight.across_m > 0.0)) return false;
-  if (!(frame.UpAt(p_m).dot(motion.position_m - p_m) > 0.0)) return false;
-  if (!pass.swath) return true;
-  const double value = sight.Quantity(pass.swath->kind);
-  return pass.swath->limits[0] <= value && value <= pass.swath->limits[1];
+  return !FindUnseen(frame, pass, motion, p_m);
 }
 
 double FarRange(const Swath& swath,
@@ -64,16 +72,21 @@ double FarRange(const Swath& swath,
   return under > 0.0 ? antenna_radius_m * std::cos(far) - std::sqrt(under) : kNotGiven;
 }
 
-std::optional<double> TimeSeen(const Frame& frame, const Pass& pass, const Eigen::Vector3d& p_m) {
+std::optional<double> TimeSeen(const Frame& frame,
+                               const Pass& pass,
+                               const Eigen::Vector3d& p_m,
+                               Unseen* why) {
   const std::optional<double> time_s = FindConeTime(pass.path,
                                                     p_m,
                                                     Cone{.squint_rad = pass.squint_rad},
                                                     std::max(pass.start_s, pass.path.start_s()),
                                                     std::min(pass.end_s, pass.path.end_s()));
-  if (!time_s) return std::nullopt;
-  const std::optional<Motion> motion = pass.path.At(*time_s);
-  if (!motion || !IsSeen(frame, pass, *motion, p_m)) return std::nullopt;
-  return time_s;
+  const std::optional<Motion> motion = time_s ? pass.path.At(*time_s) : std::nullopt;
+  const std::optional<Unseen> unseen =
+      motion ? FindUnseen(frame, pass, *motion, p_m) : Unseen::kBeyondStrip;
+  if (!unseen) return time_s;
+  if (why != nullptr) *why = *unseen;
+  return std::nullopt;
 }
 
 namespace {
@@ -190,6 +203,8 @@ Coverage CoverageOf(const Block& block, const std::vector<Eigen::Vector3d>& posi
   coverage.looks_per_point = static_cast<double>(all) / static_cast<double>(looks.size());
   coverage.fewest = *fewest;
   coverage.most = *most;
+  coverage.points_by_looks.resize(*most + 1, 0);
+  for (const std::size_t of_point : looks) ++coverage.points_by_looks[of_point];
   return coverage;
 }
 

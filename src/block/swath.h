@@ -16,6 +16,9 @@
 
 namespace sarblock {
 
+/// Why a pass does not see a position: the first of these that applies.
+enum class Unseen { kBeyondStrip, kWrongSide, kBelowHorizon, kOutsideSwath };
+
 /// Whether a pass sees the position p from `motion`: p lies on the look side, the antenna above the
 /// horizontal plane at p, and p within the swath, where the pass has one. There is no shadow and no
 /// layover.
@@ -25,10 +28,11 @@ namespace sarblock {
                           const Eigen::Vector3d& p_m);
 
 /// The time of the look that a pass takes at p with its squint, on its path and within its strip's
-/// time; nothing where it does not see p.
+/// time; nothing where it does not see p, and then `why` (may be null) says why.
 [[nodiscard]] std::optional<double> TimeSeen(const Frame& frame,
                                              const Pass& pass,
-                                             const Eigen::Vector3d& p_m);
+                                             const Eigen::Vector3d& p_m,
+                                             Unseen* why = nullptr);
 
 /// The largest slant range of a swath: its ground is `depth_m` below the antenna, which is
 /// `antenna_radius_m` and the ground `ground_radius_m` from the centre of the body; both are
@@ -54,6 +58,7 @@ inline constexpr double kSwathMargin = 0.05;
 struct Coverage {
   double looks_per_point = 0.0;  ///< mean of all points
   std::size_t fewest = 0, most = 0;
+  std::vector<std::size_t> points_by_looks;  ///< points with k looks, k from 0 to `most`
   double least_look_rad = kNotGiven, most_look_rad = kNotGiven;  ///< look angles off nadir
 };
 /// `positions_m` are by point; looks at points without one are left out.

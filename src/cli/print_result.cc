@@ -345,6 +345,14 @@ std::string DescribeResult(const Block& block,
                  solved,
                  block.looks.size(),
                  result.looks_used);
+  if (result.status == AdjustStatus::kPredicted) {
+    std::vector<std::size_t> points_by_looks;
+    for (const std::uint32_t looks : result.points.looks) {
+      if (points_by_looks.size() <= looks) points_by_looks.resize(looks + 1, 0);
+      ++points_by_looks[looks];
+    }
+    fmt::format_to(out, "  {}\n", DescribeLooksPerPoint(points_by_looks));
+  }
   fmt::format_to(out,
                  "  observations {}, parameters {}, redundancy {:.0f}\n",
                  result.observation_count,
@@ -427,6 +435,18 @@ void PrintRecordings(const Block& block, Out out) {
 
 }  // namespace
 
+std::string DescribeLooksPerPoint(const std::vector<std::size_t>& points_by_looks) {
+  std::string text;
+  for (std::size_t looks = 0; looks < points_by_looks.size(); ++looks) {
+    if (points_by_looks[looks] == 0) continue;
+    text += fmt::format("{}{} with {}",
+                        text.empty() ? "" : ", ",
+                        points_by_looks[looks],
+                        looks == 0 ? "none" : std::to_string(looks));
+  }
+  return "looks per point: " + text;
+}
+
 std::string DescribeBlock(const Block& block) {
   std::string text;
   const Out out(text);
@@ -454,21 +474,18 @@ std::string DescribeBlock(const Block& block) {
                  roles[2],
                  block.looks.size(),
                  rejected);
-  std::vector<std::size_t> histogram;
+  std::vector<std::size_t> points_by_looks;
   for (std::size_t point = 0; point < block.points.size(); ++point) {
     std::size_t looks = 0;
     for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
       looks += block.looks.rejected(i) ? 0U : 1U;
     }
-    if (histogram.size() <= looks) histogram.resize(looks + 1, 0);
-    ++histogram[looks];
+    if (points_by_looks.size() <= looks) points_by_looks.resize(looks + 1, 0);
+    ++points_by_looks[looks];
   }
-  fmt::format_to(out, "  looks per point:");
-  for (std::size_t looks = 0; looks < histogram.size(); ++looks) {
-    if (histogram[looks] > 0) fmt::format_to(out, "  {} x {}", histogram[looks], looks);
-  }
+  fmt::format_to(out, "  {}\n", DescribeLooksPerPoint(points_by_looks));
   fmt::format_to(out,
-                 "\n  {:<20} {:<6} {:>8} {:>8} {:>14} {:>14}\n",
+                 "  {:<20} {:<6} {:>8} {:>8} {:>14} {:>14}\n",
                  "pass",
                  "look",
                  "states",

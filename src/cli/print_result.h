@@ -4,7 +4,9 @@
 #include "sarblock/block/block.h"
 #include "sarblock/model/result.h"
 
+#include <cstddef>
 #include <string>
+#include <vector>
 
 namespace sarblock::cli {
 
@@ -13,6 +15,9 @@ namespace sarblock::cli {
 [[nodiscard]] std::string DescribeResult(const Block& block,
                                          const AdjustOptions& options,
                                          const AdjustResult& result);
+
+/// "looks per point: 16 with none, 67 with 2", from the number of points with k looks.
+[[nodiscard]] std::string DescribeLooksPerPoint(const std::vector<std::size_t>& points_by_looks);
 
 /// Contents of a block: passes, points by role, looks, looks per point, what will not work.
 [[nodiscard]] std::string DescribeBlock(const Block& block);

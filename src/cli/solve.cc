@@ -5,8 +5,6 @@
 #include "sarblock/diagnose/diagnose.h"
 #include "sarblock/files/block_file.h"
 #include "sarblock/files/result.h"
-#include "sarblock/files/scene_file.h"
-#include "sarblock/simulate/simulate.h"
 #include "sarblock/tables/output.h"
 
 #include <algorithm>
@@ -307,6 +305,7 @@ nlohmann::json CoverageJson(const Coverage& coverage) {
   return {{"looks_per_point", coverage.looks_per_point},
           {"fewest_looks", coverage.fewest},
           {"most_looks", coverage.most},
+          {"points_by_looks", coverage.points_by_looks},
           {"least_look_deg", coverage.least_look_rad / kRadPerDeg},
           {"largest_look_deg", coverage.most_look_rad / kRadPerDeg}};
 }
@@ -478,68 +477,6 @@ void AddDiagnose(CLI::App* app, Session* session) {
                     arguments->all,
                     "Try every explanation, however much work; else that of five adjustments");
   command->callback([=] { session->run = [=] { return RunDiagnose(*arguments, *session); }; });
-}
-
-namespace {
-
-struct SimulateArguments {
-  std::string scene;
-  std::string out;
-  bool gzip = false;
-  ForeignFiles foreign = ForeignFiles::kRefuse;
-};
-
-int RunSimulate(const SimulateArguments& arguments, const Session& session) {
-  if (session.dump_config) {
-    fmt::print("{}\n", files::EffectiveSceneText(arguments.scene, session.set));
-    return kAccepted;
-  }
-  RequireFolderFor(FolderContent::kBlock, arguments.out, arguments.foreign);
-  const OutputLock lock(arguments.out);
-  const ThreadLimit limit(session.Threads());
-  const Scene scene = files::ReadScene(arguments.scene, session.set);
-  const SimulatedBlock simulated =
-      Naming(arguments.scene, [&] { return Simulate(scene, session.progress.get()); });
-  std::vector<std::string> passes;
-  for (const Pass& pass : simulated.block.passes) passes.push_back(pass.id);
-  const files::AdjustTable adjust =
-      files::ReadAdjustTable(scene.adjust_toml, arguments.scene, passes);
-  files::WriteBlock(arguments.out,
-                    simulated.block,
-                    adjust,
-                    &simulated.truth,
-                    arguments.gzip ? Compression::kGzip : Compression::kNone);
-  if (session.json) {
-    const nlohmann::json summary = {{"format", "sarblock-simulation 1"},
-                                    {"block", arguments.out},
-                                    {"scene", scene.name},
-                                    {"seed", scene.seed},
-                                    {"passes", simulated.block.passes.size()},
-                                    {"points", simulated.block.points.size()},
-                                    {"looks", simulated.block.looks.size()}};
-    fmt::print("{}\n", summary.dump(2));
-  } else {
-    session.Print(fmt::format("{}: {} passes, {} points, {} looks written to {}\n",
-                              scene.name,
-                              simulated.block.passes.size(),
-                              simulated.block.points.size(),
-                              simulated.block.looks.size(),
-                              arguments.out));
-  }
-  return kAccepted;
-}
-
-}  // namespace
-
-void AddSimulate(CLI::App* app, Session* session) {
-  auto arguments = std::make_shared<SimulateArguments>();
-  CLI::App* command = app->add_subcommand("simulate", "Make a block with known truth from a scene");
-  command->add_option("scene", arguments->scene, "Scene file (TOML, docs/scenes.md)")->required();
-  command->add_option("-o,--output", arguments->out, "Folder or .h5 file of the block to write")
-      ->required();
-  command->add_flag("--gzip", arguments->gzip, "Write the tables compressed (.csv.gz, deflate)");
-  AddForce(command, &arguments->foreign);
-  command->callback([=] { session->run = [=] { return RunSimulate(*arguments, *session); }; });
 }
 
 }  // namespace sarblock::cli

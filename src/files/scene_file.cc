@@ -14,6 +14,24 @@ namespace {
 
 constexpr char kSceneFormat[] = "sarblock-scene 1";
 
+/// The keys of an orbit that is given by its node; they exclude those of its aim.
+void ReadNode(SceneTable& table, SceneFlight* flight) {
+  const auto read = [&](const char* key, double* value_rad) {
+    const auto given = table.Take(key);
+    if (!given) return;
+    for (const char* other : {"aim_m", "aim_look_deg", "direction", "spacing_m"}) {
+      if (table.Has(other)) {
+        given->Fail(std::string("excludes ") + other +
+                    "; an orbit is given by its aim or by its node");
+      }
+    }
+    *value_rad = given->Number() * kRadPerDeg;
+  };
+  read("node_lon_deg", &flight->node_lon_rad);
+  read("argument_of_latitude_deg", &flight->argument_of_latitude_rad);
+  read("node_spacing_deg", &flight->node_spacing_rad);
+}
+
 SceneFlight ReadFlight(SceneTable& table) {
   using Pattern = SceneFlight::Pattern;
   SceneFlight flight;
@@ -47,6 +65,7 @@ SceneFlight ReadFlight(SceneTable& table) {
   table.Choice<bool>("direction", {{"ascending", false}, {"descending", true}}, &flight.descending);
   if (table.Numbers("aim_m", &pair)) flight.aim_m << pair[0], pair[1];
   table.Number("aim_look_deg", &flight.aim_look_rad, kRadPerDeg);
+  ReadNode(table, &flight);
   table.Number("wavelength_m", &flight.wavelength_m);
   table.Number("range_sigma_m", &flight.range_sigma_m);
   table.Number("azimuth_sigma_m", &flight.azimuth_sigma_m);
@@ -194,6 +213,7 @@ SceneTerrain ReadTerrain(SceneTable& table) {
   table.Number("height_m", &terrain.height_m);
   table.Number("relief_m", &terrain.relief_m);
   table.Number("correlation_m", &terrain.correlation_m);
+  table.Choice<bool>("visibility", {{"none", false}, {"terrain", true}}, &terrain.hides);
   table.Finish();
   return terrain;
 }

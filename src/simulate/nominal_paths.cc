@@ -175,6 +175,26 @@ Orbit AimOrbit(const Scene& scene,
           ", or another look angle");
 }
 
+/// Pass k of orbits given by their aim.
+Orbit OrbitByAim(const Scene& scene, const SceneFlight& flight, std::size_t k, const Orbit& orbit) {
+  const double shift = static_cast<double>(k) - 0.5 * static_cast<double>(flight.count - 1);
+  const double spacing_m = flight.count == 1 ? 0.0 : flight.spacing_m;
+  const Eigen::Vector2d aim_m = flight.aim_m + Eigen::Vector2d(shift * spacing_m, 0.0);
+  const double look_rad = std::isnan(flight.aim_look_rad)
+                              ? 0.5 * (flight.swath.limits[0] + flight.swath.limits[1])
+                              : flight.aim_look_rad;
+  return AimOrbit(
+      scene, flight, orbit, FrameFromPlane(scene, aim_m, scene.terrain.height_m), look_rad);
+}
+
+/// Pass k of orbits given by their node.
+Orbit OrbitByNode(const SceneFlight& flight, std::size_t k, Orbit orbit) {
+  const double spacing_rad = flight.count == 1 ? 0.0 : flight.node_spacing_rad;
+  orbit.node_rad = flight.node_lon_rad + static_cast<double>(k) * spacing_rad;
+  orbit.latitude_argument_rad = flight.argument_of_latitude_rad;
+  return orbit;
+}
+
 /// Largest slant range of the swath from height H over a sphere of radius a (a infinite: plane).
 double ReachOf(const SceneFlight& flight, double radius_m, double relief_m) {
   const double r_m = radius_m + flight.height_m, a_m = radius_m - relief_m;
@@ -392,14 +412,8 @@ std::vector<NominalPass> PlanPasses(const Scene& scene) {
         orbit.motion_rad_per_s = speed_mps / orbit.radius_m;
         orbit.rotation_rad_per_s =
             std::isnan(scene.rotation_rad_per_s) ? body->rotation : scene.rotation_rad_per_s;
-        const double shift = static_cast<double>(k) - 0.5 * static_cast<double>(flight.count - 1);
-        const double spacing_m = flight.count == 1 ? 0.0 : flight.spacing_m;
-        const Eigen::Vector2d aim_m = flight.aim_m + Eigen::Vector2d(shift * spacing_m, 0.0);
-        const double look_rad = std::isnan(flight.aim_look_rad)
-                                    ? 0.5 * (flight.swath.limits[0] + flight.swath.limits[1])
-                                    : flight.aim_look_rad;
-        orbit = AimOrbit(
-            scene, flight, orbit, FrameFromPlane(scene, aim_m, scene.terrain.height_m), look_rad);
+        orbit =
+            IsByNode(flight) ? OrbitByNode(flight, k, orbit) : OrbitByAim(scene, flight, k, orbit);
         trajectory = [orbit](double since_middle_s) { return orbit.At(since_middle_s); };
         duration_s = flight.length_m / (orbit.motion_rad_per_s * radius_m);
       }
@@ -424,6 +438,20 @@ Motion MotionAt(const Pass& pass, double time_s) {
   return *motion;
 }
 
+LookLoss LossOf(Unseen why) {
+  switch (why) {
+    case Unseen::kBeyondStrip:
+      return LookLoss::kBeyondStrip;
+    case Unseen::kWrongSide:
+      return LookLoss::kWrongSide;
+    case Unseen::kBelowHorizon:
+      return LookLoss::kBelowHorizon;
+    case Unseen::kOutsideSwath:
+      break;
+  }
+  return LookLoss::kOutsideSwath;
+}
+
 }  // namespace
 
 std::size_t Visibility::HashCell::operator()(const Cell& cell) const {
@@ -431,8 +459,10 @@ std::size_t Visibility::HashCell::operator()(const Cell& cell) const {
   return MixStream(MixStream(u(cell[0]), u(cell[1])), u(cell[2]));
 }
 
-Visibility::Visibility(const Frame& frame, const std::vector<NominalPass>& planned)
-    : frame_(frame), planned_(planned) {
+Visibility::Visibility(const Frame& frame,
+                       const std::vector<NominalPass>& planned,
+                       const TerrainSight* terrain)
+    : frame_(frame), planned_(planned), terrain_(terrain) {
   double farthest_m = 0.0;
   for (const NominalPass& pass : planned) {
     const Pass& p = pass.pass;
@@ -472,27 +502,42 @@ Visibility::Cell Visibility::CellOf(const Eigen::Vector3d& p_m) const {
   return cell;
 }
 
-bool Visibility::MayShow(const Reach& reach, const Eigen::Vector3d& p_m) const {
-  if ((p_m - reach.middle_m).squaredNorm() > reach.square_m2) return false;
+std::optional<LookLoss> Visibility::FindPlainLoss(const Reach& reach,
+                                                  const Eigen::Vector3d& p_m) const {
+  if ((p_m - reach.middle_m).squaredNorm() > reach.square_m2) return LookLoss::kBeyondReach;
   // The cone error falls along the path: it is not negative at the start, nor positive at the end.
   const Eigen::Vector3d from_start_m = p_m - reach.ends[0].position_m;
   const Eigen::Vector3d from_end_m = p_m - reach.ends[1].position_m;
   const double sine = reach.sine_of_squint;
   const double lean_start_m = sine == 0.0 ? 0.0 : from_start_m.norm() * sine;
   const double lean_end_m = sine == 0.0 ? 0.0 : from_end_m.norm() * sine;
-  return from_start_m.dot(reach.ends[0].ahead) - lean_start_m >= -kMargin_m &&
-         from_end_m.dot(reach.ends[1].ahead) - lean_end_m <= kMargin_m;
+  const bool within = from_start_m.dot(reach.ends[0].ahead) - lean_start_m >= -kMargin_m &&
+                      from_end_m.dot(reach.ends[1].ahead) - lean_end_m <= kMargin_m;
+  return within ? std::nullopt : std::optional(LookLoss::kBeyondStrip);
 }
 
-void Visibility::LooksAt(const Eigen::Vector3d& p_m, std::vector<PlannedLook>* looks) const {
+void Visibility::LooksAt(const Eigen::Vector3d& p_m,
+                         std::vector<PlannedLook>* looks,
+                         std::vector<LostLook>* lost) const {
   looks->clear();
+  lost->clear();
   const auto found = passes_of_.find(CellOf(p_m));
   if (found == passes_of_.end()) return;
-  for (const std::uint32_t pass : found->second) {
-    if (!MayShow(reaches_[pass], p_m)) continue;
-    if (const auto time_s = TimeSeen(frame_, planned_[pass].pass, p_m)) {
-      looks->push_back({pass, *time_s});
+  for (const std::uint32_t index : found->second) {
+    const Pass& pass = planned_[index].pass;
+    std::optional<LookLoss> loss = FindPlainLoss(reaches_[index], p_m);
+    if (loss == LookLoss::kBeyondReach) continue;
+    if (!loss) {
+      Unseen why{};
+      const std::optional<double> time_s = TimeSeen(frame_, pass, p_m, &why);
+      if (!time_s) {
+        loss = LossOf(why);
+      } else if (terrain_ != nullptr) {
+        loss = terrain_->Hides(MotionAt(pass, *time_s), pass.side, p_m);
+      }
+      if (!loss) looks->push_back({index, *time_s});
     }
+    if (loss) lost->push_back({index, *loss});
   }
 }
 

@@ -6,9 +6,11 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <unordered_map>
 #include <vector>
 
+#include "terrain_sight.h"
 #include <Eigen/Core>
 
 namespace sarblock {
@@ -30,16 +32,27 @@ struct PlannedLook {
   double time_s = 0.0;  ///< cone time on the nominal path
 };
 
+/// A look that a pass within reach of a point does not take.
+struct LostLook {
+  std::uint32_t pass = 0;
+  LookLoss loss = LookLoss::kBeyondReach;
+};
+
 /// Which strips show a point (docs/scenes.md). Space is cut into cubes half as wide as the farthest
 /// reach of a pass; a cube lists the passes whose reach touches it, so that a point asks the passes
 /// around it and not all of a large block. Reading is thread-safe.
 class Visibility {
  public:
-  /// `frame` and `planned` must outlive it. Throws InputError where a strip lies outside its path.
-  Visibility(const Frame& frame, const std::vector<NominalPass>& planned);
+  /// All must outlive it; `terrain` null: nothing hides. Throws InputError where a strip lies
+  /// outside its path.
+  Visibility(const Frame& frame,
+             const std::vector<NominalPass>& planned,
+             const TerrainSight* terrain);
 
-  /// Looks at p in order of passes.
-  void LooksAt(const Eigen::Vector3d& p_m, std::vector<PlannedLook>* looks) const;
+  /// Looks at p in order of passes, and those that passes within reach do not take.
+  void LooksAt(const Eigen::Vector3d& p_m,
+               std::vector<PlannedLook>* looks,
+               std::vector<LostLook>* lost) const;
 
  private:
   /// The cone's apex and axis at one end of the strip.
@@ -60,10 +73,13 @@ class Visibility {
   };
 
   [[nodiscard]] Cell CellOf(const Eigen::Vector3d& p_m) const;
-  [[nodiscard]] bool MayShow(const Reach& reach, const Eigen::Vector3d& p_m) const;
+  /// What can be said without solving for the time of the look.
+  [[nodiscard]] std::optional<LookLoss> FindPlainLoss(const Reach& reach,
+                                                      const Eigen::Vector3d& p_m) const;
 
   const Frame& frame_;
   const std::vector<NominalPass>& planned_;
+  const TerrainSight* terrain_;
   std::vector<Reach> reaches_;
   double cell_m_ = 1.0;
   std::unordered_map<Cell, std::vector<std::uint32_t>, HashCell> passes_of_;

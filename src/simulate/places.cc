@@ -13,6 +13,7 @@ namespace sarblock {
 
 Terrain::Terrain(const SceneTerrain& terrain, std::uint64_t seed) : mean_m_(terrain.height_m) {
   if (terrain.kind == SceneTerrain::Kind::kFlat || !(terrain.relief_m > 0.0)) return;
+  relief_m_ = terrain.relief_m;
   const bool rugged = terrain.kind == SceneTerrain::Kind::kRugged;
   const int octaves = rugged ? 4 : 1;
   const int waves_per_octave = rugged ? 32 : 64;
@@ -21,6 +22,7 @@ Terrain::Terrain(const SceneTerrain& terrain, std::uint64_t seed) : mean_m_(terr
   RandomStream random(seed, MixStream(kTerrainStream, 0));
   for (int octave = 0; octave < octaves; ++octave) {
     const double correlation_m = terrain.correlation_m * std::pow(0.5, octave);
+    shortest_m_ = correlation_m;
     const double octave_rms_m = terrain.relief_m * std::pow(0.5, octave) / std::sqrt(square_sum);
     for (int i = 0; i < waves_per_octave; ++i) {
       const double kx = random.Normal() * std::numbers::sqrt2 / correlation_m;
@@ -38,6 +40,19 @@ double Terrain::HeightAt(const Eigen::Vector2d& plane_m) const {
     height_m += wave.amplitude_m * std::cos(wave.wave_rad_per_m.dot(plane_m) + wave.phase_rad);
   }
   return height_m;
+}
+
+Ground Terrain::AsGround() const {
+  constexpr double kSigmas = 6.0;
+  double square_slope = 0.0;  // of both directions
+  for (const Wave& wave : waves_) {
+    square_slope += 0.5 * wave.amplitude_m * wave.amplitude_m * wave.wave_rad_per_m.squaredNorm();
+  }
+  return {[this](const Eigen::Vector2d& plane_m) { return HeightAt(plane_m); },
+          mean_m_ - kSigmas * relief_m_,
+          mean_m_ + kSigmas * relief_m_,
+          kSigmas * std::sqrt(0.5 * square_slope),
+          shortest_m_};
 }
 
 namespace {

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "terrain_sight.h"
 #include <Eigen/Core>
 
 namespace sarblock {
@@ -24,7 +25,11 @@ namespace sarblock {
 class Terrain {
  public:
   Terrain(const SceneTerrain& terrain, std::uint64_t seed);
+  [[nodiscard]] bool IsFlat() const { return waves_.empty(); }
   [[nodiscard]] double HeightAt(const Eigen::Vector2d& plane_m) const;
+  /// For a search on it: six standard deviations bound heights and slopes in practice. Keeps a
+  /// reference.
+  [[nodiscard]] Ground AsGround() const;
 
  private:
   struct Wave {
@@ -33,7 +38,9 @@ class Terrain {
     double amplitude_m;
   };
   double mean_m_ = 0.0;
-  std::vector<Wave> waves_;
+  double relief_m_ = 0.0;
+  double shortest_m_ = 0.0;  // correlation length of the shortest octave
+  std::vector<Wave> waves_;  // empty: flat
 };
 
 /// A point as planned: its place in the scene plane, and its role.

@@ -30,6 +30,7 @@ constexpr std::size_t kMaxPasses = 100000;
 constexpr std::size_t kMaxPoints = 100000000;
 
 Problem FindStripsProblem(const SceneFlight& flight, const std::string& field) {
+  if (IsByNode(flight)) return {{field + "node_lon_deg", "is for orbits only"}};
   if (!Positive(flight.speed_mps)) return {{field + "speed_mps", "must be given and positive"}};
   if (!std::isfinite(flight.heading_rad)) {
     return {{field + "heading_deg", "must be given, clockwise from north (+y); 90 flies along +x"}};
@@ -55,20 +56,28 @@ Problem FindStripsProblem(const SceneFlight& flight, const std::string& field) {
   return std::nullopt;
 }
 
-Problem FindOrbitProblem(const Scene& scene, const SceneFlight& flight, const std::string& field) {
-  if (scene.frame.kind() != FrameKind::kGeocentric) {
-    return {{field + "pattern", "an orbit needs a geocentric frame; allowed here: strips"}};
+Problem FindNodeProblem(const SceneFlight& flight, const std::string& field) {
+  if (!std::isfinite(flight.node_lon_rad)) {
+    return {{field + "node_lon_deg", "must be given and finite for an orbit by its node"}};
   }
+  if (!std::isfinite(flight.argument_of_latitude_rad)) {
+    return {{field + "argument_of_latitude_deg",
+             "must be given and finite for an orbit by its node, from the ascending node to the "
+             "middle of the strip; 90 is farthest north"}};
+  }
+  if (Given(flight.node_spacing_rad) ? !std::isfinite(flight.node_spacing_rad) : flight.count > 1) {
+    return {{field + "node_spacing_deg", "must be given and finite where count is above 1"}};
+  }
+  if (!(flight.inclination_rad >= 0.0 && flight.inclination_rad <= 180.0 * kRadPerDeg)) {
+    return {{field + "inclination_deg", "must be given, from 0 to 180"}};
+  }
+  return std::nullopt;
+}
+
+Problem FindAimProblem(const SceneFlight& flight, const std::string& field) {
   if (!(flight.inclination_rad > 0.0 && flight.inclination_rad < 180.0 * kRadPerDeg)) {
     return {{field + "inclination_deg", "must be given, above 0 and below 180"}};
   }
-  if (Given(flight.speed_mps) && !Positive(flight.speed_mps)) {
-    return {{field + "speed_mps", "must be positive"}};
-  }
-  if (Given(flight.overlap)) {
-    return {{field + "overlap", "is for strips only; give spacing_m"}};
-  }
-  if (flight.segments != 1) return {{field + "segments", "is for strips only"}};
   if (flight.count > 1 && !std::isfinite(flight.spacing_m)) {
     return {{field + "spacing_m", "must be given where count is above 1"}};
   }
@@ -78,6 +87,20 @@ Problem FindOrbitProblem(const Scene& scene, const SceneFlight& flight, const st
     return {{field + "aim_look_deg", "must be given for this swath, at least 0 and below 80"}};
   }
   return std::nullopt;
+}
+
+Problem FindOrbitProblem(const Scene& scene, const SceneFlight& flight, const std::string& field) {
+  if (scene.frame.kind() != FrameKind::kGeocentric) {
+    return {{field + "pattern", "an orbit needs a geocentric frame; allowed here: strips"}};
+  }
+  if (Given(flight.speed_mps) && !Positive(flight.speed_mps)) {
+    return {{field + "speed_mps", "must be positive"}};
+  }
+  if (Given(flight.overlap)) {
+    return {{field + "overlap", "is for strips only; give spacing_m"}};
+  }
+  if (flight.segments != 1) return {{field + "segments", "is for strips only"}};
+  return IsByNode(flight) ? FindNodeProblem(flight, field) : FindAimProblem(flight, field);
 }
 
 Problem FindFlightProblem(const Scene& scene, const SceneFlight& flight, const std::string& field) {
@@ -331,6 +354,11 @@ std::optional<SceneProblem> FindProblem(const Scene& scene) {
 
 bool SceneTrajectoryError::Given() const {
   return rms_m[0] > 0.0 || rms_m[1] > 0.0 || rms_m[2] > 0.0 || !table_time_s.empty();
+}
+
+bool IsByNode(const SceneFlight& flight) {
+  return Given(flight.node_lon_rad) || Given(flight.argument_of_latitude_rad) ||
+         Given(flight.node_spacing_rad);
 }
 
 bool IsRecorded(const Scene& scene) { return scene.recorder || scene.trajectory_error.Given(); }

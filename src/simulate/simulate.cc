@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
@@ -19,6 +20,7 @@
 #include "nominal_paths.h"
 #include "places.h"
 #include "scene.h"
+#include "terrain_sight.h"
 #include "true_path.h"
 
 namespace sarblock {
@@ -44,6 +46,7 @@ struct SeenPoints {
   std::vector<std::size_t> look_count;
   std::vector<PlannedLook> looks;
   std::vector<ImageSigma> sigmas;  // by look, of a scene with images
+  SceneCoverage coverage;
 };
 
 /// The normal of the terrain at a place, frame axes.
@@ -75,6 +78,58 @@ void AppendSigmas(const SceneImage& image,
   }
 }
 
+/// Counts one point. FillPointsAndLooks() counts by pass what is out of its reach.
+void Count(PointRole role,
+           bool left_out,
+           const std::vector<PlannedLook>& looks,
+           const std::vector<LostLook>& lost,
+           SceneCoverage* coverage) {
+  SceneCoverage::Points& points = coverage->points[static_cast<std::size_t>(role)];
+  ++points.placed;
+  points.left_out += left_out ? 1U : 0U;
+  points.unseen += looks.empty() ? 1U : 0U;
+  if (coverage->points_by_looks.size() <= looks.size()) {
+    coverage->points_by_looks.resize(looks.size() + 1, 0);
+  }
+  ++coverage->points_by_looks[looks.size()];
+  for (const PlannedLook& look : looks) ++coverage->passes[look.pass].shown;
+  LossCounts own{};
+  for (const LostLook& look : lost) {
+    const auto loss = static_cast<std::size_t>(look.loss);
+    ++coverage->passes[look.pass].lost[loss];
+    ++own[loss];
+  }
+  own[static_cast<std::size_t>(LookLoss::kBeyondReach)] =
+      coverage->passes.size() - looks.size() - lost.size();
+  for (std::size_t i = 0; i < own.size(); ++i) {
+    coverage->lost[i] += own[i];
+    if (left_out) coverage->lost_of_left_out[i] += own[i];
+  }
+}
+
+void Add(const SceneCoverage& part, SceneCoverage* coverage) {
+  for (std::size_t i = 0; i < part.points.size(); ++i) {
+    coverage->points[i].placed += part.points[i].placed;
+    coverage->points[i].left_out += part.points[i].left_out;
+    coverage->points[i].unseen += part.points[i].unseen;
+  }
+  if (coverage->points_by_looks.size() < part.points_by_looks.size()) {
+    coverage->points_by_looks.resize(part.points_by_looks.size(), 0);
+  }
+  for (std::size_t i = 0; i < part.points_by_looks.size(); ++i) {
+    coverage->points_by_looks[i] += part.points_by_looks[i];
+  }
+  for (std::size_t i = 0; i < part.lost.size(); ++i) {
+    coverage->lost[i] += part.lost[i];
+    coverage->lost_of_left_out[i] += part.lost_of_left_out[i];
+  }
+  for (std::size_t pass = 0; pass < part.passes.size(); ++pass) {
+    PassCoverage& own = coverage->passes[pass];
+    own.shown += part.passes[pass].shown;
+    for (std::size_t i = 0; i < own.lost.size(); ++i) own.lost[i] += part.passes[pass].lost[i];
+  }
+}
+
 SeenPoints SeePoints(const Scene& scene,
                      const Terrain& terrain,
                      const std::vector<NominalPass>& planned,
@@ -83,15 +138,20 @@ SeenPoints SeePoints(const Scene& scene,
                      std::size_t begin,
                      std::size_t end) {
   SeenPoints seen;
+  seen.coverage.passes.resize(planned.size());
   std::vector<PlannedLook> looks;
   std::vector<ImageView> views;
+  std::vector<LostLook> lost;
   for (std::size_t i = begin; i < end; ++i) {
     PlacedPoint point = plan.At(i);
     const Eigen::Vector3d p_m =
         FrameFromPlane(scene, point.plane_m, terrain.HeightAt(point.plane_m));
-    visibility.LooksAt(p_m, &looks);
+    visibility.LooksAt(p_m, &looks, &lost);
     // Nobody measures a tie point in one image; control is listed even where no image shows it.
-    if (point.role != PointRole::kControl && looks.size() < scene.points.min_looks) continue;
+    const bool left_out =
+        point.role != PointRole::kControl && looks.size() < scene.points.min_looks;
+    Count(point.role, left_out, looks, lost, &seen.coverage);
+    if (left_out) continue;
     if (scene.looks.image) {
       const Eigen::Vector3d normal = NormalAt(scene, terrain, point.plane_m);
       views.clear();
@@ -110,6 +170,7 @@ SeenPoints SeePoints(const Scene& scene,
 }
 
 void Append(const Scene& scene, const SeenPoints& seen, SimulatedBlock* out) {
+  Add(seen.coverage, &out->coverage);
   Block& block = out->block;
   std::size_t look = 0;
   for (std::size_t i = 0; i < seen.points.size(); ++i) {
@@ -142,7 +203,10 @@ void FillPointsAndLooks(const Scene& scene,
   constexpr std::size_t kPointsPerRange = 4096;
   constexpr std::size_t kRangesPerStep = 32;
   const Terrain terrain(scene.terrain, scene.seed);
-  const Visibility visibility(out->block.frame, planned);
+  std::optional<TerrainSight> sight;
+  if (scene.terrain.hides && !terrain.IsFlat()) sight.emplace(scene, terrain.AsGround());
+  const Visibility visibility(out->block.frame, planned, sight ? &*sight : nullptr);
+  out->coverage.passes.resize(planned.size());
   const PointPlan plan(scene);
   for (std::size_t first = 0; first < plan.size(); first += kPointsPerRange * kRangesPerStep) {
     Step(progress, "simulate", first, plan.size(), "points");
@@ -155,6 +219,20 @@ void FillPointsAndLooks(const Scene& scene,
         });
     for (const SeenPoints& seen : ranges) Append(scene, seen, out);
   }
+  for (PassCoverage& pass : out->coverage.passes) {
+    const std::size_t known = std::accumulate(pass.lost.begin(), pass.lost.end(), pass.shown);
+    pass.lost[static_cast<std::size_t>(LookLoss::kBeyondReach)] = plan.size() - known;
+  }
+}
+
+std::string NoLooksProblem(const SceneCoverage& coverage) {
+  const std::size_t shadow = coverage.lost[static_cast<std::size_t>(LookLoss::kShadow)];
+  const std::size_t layover = coverage.lost[static_cast<std::size_t>(LookLoss::kLayover)];
+  if (shadow + layover == 0) {
+    return "no point lies in any swath; check area, swath and look side";
+  }
+  return "no point is seen by enough passes; terrain.visibility takes " + std::to_string(shadow) +
+         " looks in shadow and " + std::to_string(layover) + " in layover";
 }
 
 }  // namespace
@@ -179,7 +257,7 @@ SimulatedBlock Simulate(const Scene& scene, ProgressSink* progress) {
   if (IsRecorded(scene)) out.planned = out.block.passes;
   const std::size_t count = out.block.looks.size();
   if (count == 0) {
-    throw InputError("points", "no point lies in any swath; check area, swath and look side");
+    throw InputError("points", NoLooksProblem(out.coverage));
   }
   Looks& looks = out.block.looks;
   looks.flags.assign(count, scene.looks.doppler ? Looks::kDoppler : 0);

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
 #include "sarblock/simulate/simulate.h"
 
 #include <cmath>
+#include <vector>
 
 #include "geometry/track_axes.h"
+#include "simulate/nominal_paths.h"
 #include "simulate/true_path.h"
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
@@ -181,6 +184,130 @@ TEST(OrbitTest, NeedsSpeedAndRotationForABodyGivenByNumbers) {
   scene.flights[0].speed_mps = 7500.0;
   scene.rotation_rad_per_s = 0.0;
   EXPECT_EQ(Simulate(scene).block.looks.size(), 20u);
+}
+
+/// A lunar orbit by its node, 100 km high.
+Scene NodeScene() {
+  Scene scene = OrbitScene();
+  scene.frame = Frame::Geocentric(NamedEllipsoid("Moon"));
+  scene.centre = {-90.0 * kRadPerDeg, 0.0, 0.0};
+  SceneFlight& flight = scene.flights[0];
+  flight.height_m = 100e3;
+  flight.length_m = 90e3;
+  flight.inclination_rad = 90.0 * kRadPerDeg;
+  flight.node_lon_rad = 0.0;
+  flight.argument_of_latitude_rad = 90.0 * kRadPerDeg;
+  flight.swath = {SwathKind::kLookAngle, {25.0 * kRadPerDeg, 55.0 * kRadPerDeg}};
+  return scene;
+}
+
+// Hand arithmetic: inclination 90 and node 0 lie in the plane y = 0, from +x over +z. A quarter
+// later the pass is over the north pole and flies along -x, less the turning of the frame, which
+// there is none of on the axis.
+TEST(OrbitByNodeTest, PassesOverThePoleAQuarterAfterItsNode) {
+  Scene scene = NodeScene();
+  scene.centre.lat_rad = 90.0 * kRadPerDeg;
+  scene.flights[0].swath.limits = {0.01, 55.0 * kRadPerDeg};
+  const Motion motion = MiddleOf(Simulate(scene).block.passes[0]);
+  // States of a second apart are interpolated: 1e-4 m over r n^4 / 384 = 2e-9 m.
+  EXPECT_LT((motion.position_m - Eigen::Vector3d(0.0, 0.0, 1837.4e3)).norm(), 1e-4);
+  EXPECT_NEAR(motion.velocity_mps.normalized().x(), -1.0, 1e-9);
+}
+
+// Closed form: sin(latitude) = sin i sin u; the longitude from the node has tan = cos i tan u.
+TEST(OrbitByNodeTest, IsAtItsArgumentOfLatitudeAtTheMiddleOfTheStrip) {
+  Scene scene = NodeScene();
+  SceneFlight& flight = scene.flights[0];
+  flight.count = 3;
+  flight.node_spacing_rad = 41.0 * kRadPerDeg;
+  flight.node_lon_rad = 17.0 * kRadPerDeg;
+  for (const double i_deg : {0.0, 28.6, 87.2, 131.0, 180.0}) {
+    for (const double u_deg : {-70.0, 13.0, 155.0, 270.0}) {
+      const double i = i_deg * kRadPerDeg, u = u_deg * kRadPerDeg;
+      flight.inclination_rad = i;
+      flight.argument_of_latitude_rad = u;
+      const std::vector<NominalPass> planned = PlanPasses(scene);
+      ASSERT_EQ(planned.size(), 3U);
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Eigen::Vector3d p = MiddleOf(planned[k].pass).position_m.normalized();
+        EXPECT_NEAR(p.z(), std::sin(i) * std::sin(u), 1e-10) << i_deg << ' ' << u_deg;
+        const double node = (17.0 + 41.0 * static_cast<double>(k)) * kRadPerDeg;
+        const double longitude = node + std::atan2(std::cos(i) * std::sin(u), std::cos(u));
+        EXPECT_NEAR(std::remainder(std::atan2(p.y(), p.x()) - longitude, 2.0 * M_PI), 0.0, 1e-9);
+      }
+    }
+  }
+}
+
+// Closed form: while the pass flies from its node to the middle, u/n, the body turns by w u/n.
+TEST(OrbitByNodeTest, CrossesItsNodeAtALongitudeFartherEastByTheTurningOfTheBody) {
+  Scene scene = OrbitScene();
+  SceneFlight& flight = scene.flights[0];
+  flight.node_lon_rad = -0.3;
+  flight.argument_of_latitude_rad = 0.02;
+  flight.length_m = 700e3;
+  const Pass pass = PlanPasses(scene)[0].pass;
+  const double r_m = 6378137.0 + 693000.0;
+  const double after_s = 0.02 / std::sqrt(3.986004418e14 / (r_m * r_m * r_m));
+  const Motion motion = *pass.path.At(0.5 * (pass.start_s + pass.end_s) - after_s);
+  EXPECT_NEAR(motion.position_m.z(), 0.0, 1e-3);
+  const double crossing = std::atan2(motion.position_m.y(), motion.position_m.x());
+  EXPECT_NEAR(crossing, -0.3 + 7.292115e-5 * after_s, 1e-10);
+}
+
+// Two routes: node, argument and inclination of an aimed orbit by the vectors of its middle state.
+TEST(OrbitByNodeTest, GivesTheStatesOfTheSameOrbitByItsAim) {
+  for (const bool descending : {false, true}) {
+    Scene scene = OrbitScene();
+    SceneFlight& flight = scene.flights[0];
+    flight.descending = descending;
+    const Pass aimed = PlanPasses(scene)[0].pass;
+    const Motion middle = MiddleOf(aimed);
+    const Eigen::Vector3d rotation(0.0, 0.0, 7.292115e-5);
+    const Eigen::Vector3d normal =
+        middle.position_m
+            .cross(middle.velocity_mps + Eigen::Vector3d(rotation.cross(middle.position_m)))
+            .normalized();
+    const Eigen::Vector3d node = Eigen::Vector3d::UnitZ().cross(normal).normalized();
+    flight.descending = false;
+    flight.node_lon_rad = std::atan2(node.y(), node.x());
+    flight.argument_of_latitude_rad =
+        std::atan2(middle.position_m.dot(normal.cross(node)), middle.position_m.dot(node));
+    const Pass by_node = PlanPasses(scene)[0].pass;
+    const auto& states = aimed.path.states();
+    ASSERT_EQ(by_node.path.states().size(), states.size());
+    for (std::size_t i = 0; i < states.size(); ++i) {
+      const StateVector& state = by_node.path.states()[i];
+      EXPECT_LT((state.position_m - states[i].position_m).norm(), 1e-3);
+      EXPECT_LT((state.velocity_mps - states[i].velocity_mps).norm(), 1e-6);
+    }
+  }
+}
+
+// Hand arithmetic: look 40 off nadir from 1837.4 km meets the ground, 1737.4 km, at an incidence of
+// 42.83 and 2.83 degrees beside the track, which is that far from the pole.
+TEST(OrbitByNodeTest, PassesAllRoundAPoleSeeItAndPredict) {
+  for (const double lat_deg : {-90.0, -89.9}) {
+    Scene scene = NodeScene();
+    scene.centre.lat_rad = lat_deg * kRadPerDeg;
+    SceneFlight& flight = scene.flights[0];
+    flight.inclination_rad = 87.17 * kRadPerDeg;
+    flight.argument_of_latitude_rad = 270.0 * kRadPerDeg;
+    flight.count = 12;
+    flight.node_spacing_rad = 30.0 * kRadPerDeg;
+    const SimulatedBlock simulated = Simulate(scene);
+    ASSERT_EQ(simulated.block.points.size(), 20U);
+    EXPECT_EQ(simulated.block.looks.size(), 20U * 12U);
+    AdjustOptions options;
+    options.corrections = CorrectionChoice::kNone;
+    const AdjustResult result =
+        Predict(simulated.block, options, simulated.truth.points_m, {}, nullptr);
+    for (std::size_t point = 0; point < 20; ++point) {
+      EXPECT_EQ(result.points.status[point], PointStatus::kPredicted);
+      // Twelve looks of 1 m along and 0.5 m in range from all sides are better than one of them.
+      EXPECT_LT(result.points.covariance_m2[point][2], 0.25);
+    }
+  }
 }
 
 }  // namespace

@@ -72,6 +72,43 @@ TEST(SceneFileTest, ReadsEveryTable) {
   EXPECT_EQ(scene.check.layout, SceneControl::Layout::kNone);
 }
 
+TEST(SceneFileTest, AnOrbitIsGivenByItsAimOrByItsNode) {
+  const std::vector<std::string> orbit = {"frame.kind=geocentric",
+                                          "frame.ellipsoid=Moon",
+                                          "flight.0.pattern=orbit",
+                                          "flight.0.inclination_deg=87",
+                                          "flight.0.count=3",
+                                          "flight.0.node_lon_deg=-20",
+                                          "flight.0.argument_of_latitude_deg=270",
+                                          "flight.0.node_spacing_deg=30"};
+  const SceneFlight flight = files::ParseScene(kText, "two.toml", orbit).flights[0];
+  EXPECT_DOUBLE_EQ(flight.node_lon_rad, -20.0 * kRadPerDeg);
+  EXPECT_DOUBLE_EQ(flight.argument_of_latitude_rad, 270.0 * kRadPerDeg);
+  EXPECT_DOUBLE_EQ(flight.node_spacing_rad, 30.0 * kRadPerDeg);
+  const auto message = [&](const std::string& other) {
+    std::vector<std::string> overrides = orbit;
+    overrides.push_back(other);
+    return MessageOf(kText, overrides);
+  };
+  for (const char* other :
+       {"aim_m=[0,0]", "aim_look_deg=40", "direction=descending", "spacing_m=100"}) {
+    const std::string key(other, std::string(other).find('='));
+    EXPECT_THAT(message(std::string("flight.0.") + other),
+                HasSubstr("node_lon_deg: excludes " + key +
+                          "; an orbit is given by its aim or by its node"));
+  }
+  EXPECT_THAT(message("flight.0.inclination_deg=180.1"), HasSubstr("from 0 to 180"));
+  EXPECT_THAT(message("flight.0.pattern=strips"), HasSubstr("is for orbits only"));
+  const auto without = [&](std::size_t left_out) {
+    std::vector<std::string> overrides = orbit;
+    overrides.erase(overrides.begin() + static_cast<std::ptrdiff_t>(left_out));
+    return MessageOf(kText, overrides);
+  };
+  EXPECT_THAT(without(5), HasSubstr("node_lon_deg: must be given"));
+  EXPECT_THAT(without(6), HasSubstr("argument_of_latitude_deg: must be given"));
+  EXPECT_THAT(without(7), HasSubstr("node_spacing_deg: must be given and finite where count"));
+}
+
 TEST(SceneFileTest, PassesTheAdjustTableOnAsText) {
   const Scene scene = files::ParseScene(kText, "two.toml", {"adjust.robust=cauchy"});
   EXPECT_THAT(scene.adjust_toml, HasSubstr("[adjust]"));

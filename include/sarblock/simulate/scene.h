@@ -23,8 +23,12 @@ namespace sarblock {
 /// kStrips: `count` parallel lines at constant height. In the scene plane (x east, y north;
 /// `local`: the frame's x, y) the first starts at start_m, the next `spacing_m` to the left of the
 /// heading, and so on; each line is flown in `segments` passes of length_m. kOrbit: circular orbits
-/// about a geocentric body that rotates; pass k aims at the scene plane's point aim_m + (k -
-/// (count-1)/2) spacing_m east, which it sees at aim_look_rad at the middle of its time.
+/// about a geocentric body that rotates, each given by its inclination and, at the middle of its
+/// time, either by its aim: pass k sees the scene plane's point aim_m + (k - (count-1)/2) spacing_m
+/// east at aim_look_rad; or by its node: pass k is at argument_of_latitude_rad from the ascending
+/// node, whose body-fixed longitude then is node_lon_rad + k node_spacing_rad. With w the body's
+/// rotation and n the mean motion the pass crosses that node at the longitude node_lon_rad + w
+/// argument_of_latitude_rad / n.
 struct SceneFlight {
   enum class Pattern { kStrips, kOrbit };
   std::string id;  ///< of the pass if count is 1, else the stem of "id1", "id2", ...
@@ -48,9 +52,12 @@ struct SceneFlight {
   bool descending = false;             ///< orbit
   Eigen::Vector2d aim_m{0.0, 0.0};     ///< orbit
   double aim_look_rad = kNotGiven;     ///< orbit; not given: the middle of a look-angle swath
-  double wavelength_m = kNotGiven;     ///< needed for Doppler looks
-  double range_sigma_m = kNotGiven;    ///< not given: the scene's
-  double azimuth_sigma_m = kNotGiven;  ///< not given: the scene's
+  double node_lon_rad = kNotGiven;     ///< orbit; given: by its node, and nothing of its aim
+  double argument_of_latitude_rad = kNotGiven;  ///< orbit; needed with node_lon_rad
+  double node_spacing_rad = kNotGiven;          ///< needed with node_lon_rad where count > 1
+  double wavelength_m = kNotGiven;              ///< needed for Doppler looks
+  double range_sigma_m = kNotGiven;             ///< not given: the scene's
+  double azimuth_sigma_m = kNotGiven;           ///< not given: the scene's
 };
 
 /// How far the given flight paths are from the true ones: true = nominal + A(t) c(t), A the track
@@ -144,6 +151,7 @@ struct SceneTerrain {
   double height_m = 0.0;          ///< mean
   double relief_m = 0.0;          ///< standard deviation of the heights
   double correlation_m = 5000.0;  ///< correlation exp(-(r/L)^2); rugged: that of its longest octave
+  bool hides = false;             ///< looks in shadow or layover are left out
 };
 
 /// Where tie points lie: `count` of them in a rectangle of the scene plane.
@@ -201,6 +209,9 @@ struct SceneProblem {
 };
 [[nodiscard]] std::optional<SceneProblem> FindProblem(const Scene& scene);
 
+/// Whether an orbit is given by its node and not by its aim.
+[[nodiscard]] bool IsByNode(const SceneFlight& flight);
+
 /// The states of the block are those of a recorder on the flown path, not the planned path itself.
 [[nodiscard]] bool IsRecorded(const Scene& scene);
 
@@ -247,6 +258,44 @@ struct ExactLooks {
   std::vector<double> doppler_hz;  ///< Doppler written for it; empty where squints are written
 };
 
+/// Why a pass takes no look at a placed point: the first of these that applies. kBeyondReach: the
+/// point is farther from the middle of the path than any point of the strip, and is not asked more.
+enum class LookLoss {
+  kBeyondReach,
+  kBeyondStrip,   ///< before the strip's start or after its end
+  kWrongSide,     ///< or beneath the path
+  kBelowHorizon,  ///< the antenna is not above the horizontal plane at the point
+  kOutsideSwath,
+  kShadow,  ///< SceneTerrain::hides
+  kLayover  ///< SceneTerrain::hides
+};
+/// Pairs of a point and a pass, by LookLoss.
+using LossCounts = std::array<std::size_t, 7>;
+
+/// What a pass makes of the placed points: `shown` and all `lost` add up to their number.
+struct PassCoverage {
+  std::size_t shown = 0;
+  LossCounts lost{};
+};
+
+/// What becomes of the points that a scene places, those included that are then left out.
+struct SceneCoverage {
+  struct Points {
+    std::size_t placed = 0;
+    std::size_t left_out = 0;  ///< fewer looks than min_looks; control is never left out
+    std::size_t unseen = 0;    ///< no look
+  };
+  std::array<Points, 3> points;              ///< by PointRole
+  std::vector<std::size_t> points_by_looks;  ///< points with k looks
+  LossCounts lost{};
+  LossCounts lost_of_left_out{};  ///< of the points left out
+  std::vector<PassCoverage> passes;
+
+  [[nodiscard]] const Points& of(PointRole role) const {
+    return points[static_cast<std::size_t>(role)];
+  }
+};
+
 /// A block whose truth is known, as reading its files gives it: recorded flights are read in the
 /// way that the scene's recorder states. Passes carry explicit start and end times.
 struct SimulatedBlock {
@@ -260,6 +309,7 @@ struct SimulatedBlock {
   std::vector<PassError> errors;  ///< by pass, as drawn
   ExactLooks exact;
   std::vector<std::uint8_t> blunder;  ///< by look, 1 where a blunder was added
+  SceneCoverage coverage;
   std::uint64_t measurement_seed = 0;
   std::uint64_t navigation_seed = 0;
   std::uint64_t control_seed = 0;

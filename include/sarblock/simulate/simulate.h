@@ -12,8 +12,9 @@ namespace sarblock {
 /// the scene's seed. The same scene gives the same bytes.
 ///
 /// A point is seen by a pass when the cone equation on the nominal path has its solution inside the
-/// strip's time and the point then lies inside the swath on the look side (docs/scenes.md). There
-/// is no shadow or layover. Times and ranges come from the true path (model.md, section 4):
+/// strip's time and the point then lies inside the swath on the look side (docs/scenes.md), and,
+/// with SceneTerrain::hides, neither in shadow nor in layover. SimulatedBlock::coverage counts what
+/// is lost. Times and ranges come from the true path (model.md, section 4):
 ///
 ///     e_d(t) = 0 with squint tau + b_tau  ->  t;      t_measured = t - b_t + sigma_t n
 ///     R_measured = (1 + kappa) |p - s(t)| + b_r + sigma_R n_2
