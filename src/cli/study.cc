@@ -26,8 +26,10 @@
 #include "session.h"
 #include "studies/densification.h"
 #include "studies/design.h"
+#include "studies/design_law.h"
 #include "studies/stability.h"
 #include "studies/tradeoff.h"
+#include "study_plots.h"
 #include <fmt/core.h>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -40,7 +42,7 @@ struct StudyAnswer {
   std::vector<std::string> words;   ///< lines for people, also written to NAME.txt
   std::vector<std::string> tables;  ///< lines printed above them: tables for a terminal
   /// Further files of the folder, name and content: plots, more tables.
-  std::vector<std::pair<std::string, std::string>> files;
+  std::vector<StudyFile> files;
   /// The table with the columns that need all rows, where the kind has such: written in place of
   /// the one that grew.
   std::optional<StudyTable> table;
@@ -148,10 +150,10 @@ double ErrorOf(const TradeoffRow& row) {
 
 /// A line a choice through its sizes.
 template <typename PointOf>
-std::string Draw(Plot plot,
-                 const std::vector<TradeoffRow>& rows,
-                 TradeoffStage stage,
-                 const PointOf& point_of) {
+Plot Draw(Plot plot,
+          const std::vector<TradeoffRow>& rows,
+          TradeoffStage stage,
+          const PointOf& point_of) {
   plot.x.scale = plot.y.scale = PlotScale::kLog;
   for (const std::string& choice : ChoicesOf(rows, stage)) {
     PlotSeries series;
@@ -164,10 +166,10 @@ std::string Draw(Plot plot,
     }
     plot.series.push_back(std::move(series));
   }
-  return SvgOf(plot);
+  return plot;
 }
 
-std::string PlotError(const std::vector<TradeoffRow>& rows, TradeoffStage stage) {
+Plot PlotError(const std::vector<TradeoffRow>& rows, TradeoffStage stage) {
   Plot plot;
   plot.title = fmt::format("{}: error against speed", NameOf(stage));
   plot.x.label = fmt::format("speed by {} time, reference = 1",
@@ -180,7 +182,7 @@ std::string PlotError(const std::vector<TradeoffRow>& rows, TradeoffStage stage)
   });
 }
 
-std::string PlotTime(const std::vector<TradeoffRow>& rows, TradeoffStage stage) {
+Plot PlotTime(const std::vector<TradeoffRow>& rows, TradeoffStage stage) {
   const bool wall = rows.front().clock == TradeoffClock::kWall;
   Plot plot;
   plot.title = fmt::format("{}: time", NameOf(stage));
@@ -200,12 +202,14 @@ StudyAnswer ConcludeTradeoff(const TradeoffStudy& study, const StudyTable& table
   }
   answer.table = TradeoffTable(rows);
   answer.files.emplace_back("tradeoff.md", TradeoffPage(rows, study.goal));
+  std::vector<PlotPanel> errors, times;
   for (const TradeoffStage stage : kStages) {
     if (ChoicesOf(rows, stage).empty()) continue;
-    const std::string name = fmt::format("tradeoff_{}", NameOf(stage));
-    answer.files.emplace_back(name + "_error.svg", PlotError(rows, stage));
-    answer.files.emplace_back(name + "_time.svg", PlotTime(rows, stage));
+    errors.emplace_back(PlotError(rows, stage));
+    times.emplace_back(PlotTime(rows, stage));
   }
+  answer.files.emplace_back("tradeoff_error.svg", SvgOf(errors, 1));
+  answer.files.emplace_back("tradeoff_time.svg", SvgOf(times, 1));
   return answer;
 }
 
@@ -235,145 +239,8 @@ PreparedStudy PrepareTradeoff(const std::string& file,
   return prepared;
 }
 
-/// Distinct texts of a column in the order they appear.
-std::vector<std::string> Distinct(const StudyTable& table, std::string_view column) {
-  std::vector<std::string> found;
-  for (std::size_t row = 0; row < table.size(); ++row) {
-    const std::string text = table.Text(row, column);
-    if (std::find(found.begin(), found.end(), text) == found.end()) found.push_back(text);
-  }
-  return found;
-}
-
-std::string TitleOf(const std::string& what, const std::string& variant) {
-  return variant.empty() ? what : what + ": " + variant;
-}
-
-Plot AgainstControl(std::string title, std::string quantity) {
-  Plot plot;
-  plot.title = std::move(title);
-  plot.x = {.label = "control points", .scale = PlotScale::kRoot, .range = {}};
-  plot.y = {.label = std::move(quantity), .scale = PlotScale::kLog, .range = {}};
-  return plot;
-}
-
-/// Values that stay within a factor of three are seen better on a linear axis.
-void ChooseScale(Plot* plot) {
-  double least = std::numeric_limits<double>::infinity(), most = 0.0;
-  for (const PlotSeries& series : plot->series) {
-    for (const auto& point : series.points) {
-      if (!std::isfinite(point[0]) || !std::isfinite(point[1])) continue;
-      least = std::min(least, point[1]);
-      most = std::max(most, point[1]);
-    }
-  }
-  if (most < 3.0 * least) plot->y.scale = PlotScale::kLinear;
-}
-
-/// Worst sigma of a variant against the number of control points, one line per layout.
-std::string PlotWorst(const StudyTable& table,
-                      const std::string& variant,
-                      const std::string& direction) {
-  Plot plot = AgainstControl(TitleOf("Worst point", variant), "sigma_" + direction + " [m]");
-  const std::string column = "max_sigma_" + direction + "_m";
-  for (const std::string& layout : Distinct(table, "layout")) {
-    PlotSeries series;
-    bool own = false;  // a row beside that without control
-    const bool exchanged = layout.starts_with("exchange ");
-    const bool placed = exchanged || layout.starts_with("greedy ");  // has its own start
-    for (std::size_t row = 0; row < table.size(); ++row) {
-      const std::string of = table.Text(row, "layout");
-      // Without control every layout begins in the same place.
-      if ((of != layout && (of != "none" || placed)) || table.Text(row, "variant") != variant) {
-        continue;
-      }
-      own = own || of == layout;
-      const double count = table.Number(row, "control_points");
-      if (!series.points.empty() && count < series.points.back()[0]) {  // another placement
-        series.points.push_back({kNaN, kNaN});
-      }
-      series.points.push_back({count, table.Number(row, column)});
-    }
-    if (layout == "none" || !own) continue;
-    series.name = layout;
-    SetStyle(plot.series.size(), &series);
-    if (exchanged) series.mark = PlotMark::kMarkers;
-    plot.series.push_back(std::move(series));
-  }
-  ChooseScale(&plot);
-  return SvgOf(plot);
-}
-
-/// Median of positions and of differences of neighbours, the best layout of each number of points.
-std::string PlotRelative(const StudyTable& table, const std::vector<std::string>& variants) {
-  Plot plot =
-      AgainstControl("Positions and differences of neighbours, up, best layout", "sigma [m]");
-  for (std::size_t v = 0; v < variants.size() && v < PlotSeries::kColours; ++v) {
-    std::map<double, std::array<double, 2>> best;  // by number of control points
-    for (std::size_t row = 0; row < table.size(); ++row) {
-      if (table.Text(row, "variant") != variants[v] || table.Number(row, "determined") != 1.0) {
-        continue;
-      }
-      const std::array<double, 2> sigmas_m = {table.Number(row, "median_sigma_u_m"),
-                                              table.Number(row, "median_difference_sigma_u_m")};
-      const auto [at, added] = best.emplace(table.Number(row, "control_points"), sigmas_m);
-      if (!added && sigmas_m[0] < at->second[0]) at->second = sigmas_m;
-    }
-    PlotSeries position, difference;
-    for (const auto& [count, sigmas_m] : best) {
-      position.points.push_back({count, sigmas_m[0]});
-      difference.points.push_back({count, sigmas_m[1]});
-    }
-    position.name = variants[v].empty() ? "median sigma_u" : variants[v];
-    position.colour = difference.colour = v;
-    difference.dash = PlotDash::kDashed;
-    plot.series.push_back(std::move(position));
-    plot.series.push_back(std::move(difference));
-  }
-  plot.notes = {"solid: positions", "dashed: differences"};
-  return SvgOf(plot);
-}
-
-/// Normalised errors squared of the verified rows with their simultaneous bounds.
-std::string PlotVerified(const StudyTable& table) {
-  Plot plot;
-  plot.title = "Monte Carlo against prediction";
-  plot.x.label = "row of densification.csv";
-  plot.y.label = "mean of e' Q^-1 e / 3";
-  PlotSeries found, bound;
-  for (std::size_t row = 0; row < table.size(); ++row) {
-    const double nees = table.Number(row, "nees");
-    if (std::isnan(nees)) continue;
-    const auto x = static_cast<double>(row + 1);
-    found.points.push_back({x, nees});
-    bound.points.push_back({x, 1.0});
-    bound.bars.push_back({table.Number(row, "nees_lower"), table.Number(row, "nees_upper")});
-  }
-  if (found.points.empty()) return {};
-  found.name = "found";
-  found.mark = PlotMark::kMarkers;
-  bound.name = "expected, with bound";
-  bound.mark = PlotMark::kLine;
-  bound.colour = 4;
-  plot.series = {bound, found};
-  return SvgOf(plot);
-}
-
 StudyAnswer ConcludeDensification(const DensificationStudy& study, const StudyTable& table) {
-  StudyAnswer answer;
-  answer.words = DescribeDensification(study, table);
-  const std::vector<std::string> variants = Distinct(table, "variant");
-  for (std::size_t v = 0; v < variants.size(); ++v) {
-    for (const char* direction : {"u", "h"}) {
-      answer.files.emplace_back(fmt::format("densification_{}_{}.svg", v + 1, direction),
-                                PlotWorst(table, variants[v], direction));
-    }
-  }
-  answer.files.emplace_back("densification_relative.svg", PlotRelative(table, variants));
-  if (std::string verified = PlotVerified(table); !verified.empty()) {
-    answer.files.emplace_back("densification_nees.svg", std::move(verified));
-  }
-  return answer;
+  return {DescribeDensification(study, table), {}, PlotsOf(study, table), {}};
 }
 
 PreparedStudy PrepareDensification(const std::string& file,
@@ -385,108 +252,19 @@ PreparedStudy PrepareDensification(const std::string& file,
           }};
 }
 
-constexpr std::array kDesignAxes = {"along", "across", "up"};
-
-/// Median (dashed) and worst (solid) sigmas against the swept value, or against its place in the
-/// list where the values are not numbers.
-std::string PlotSweep(const DesignStudy& study, const StudyTable& table) {
-  Plot plot;
-  plot.title = "Accuracy against " + study.axes.front().name;
-  plot.x.label = study.axes.front().name;
-  plot.y = {.label = "sigma [m]", .scale = PlotScale::kLog, .range = {}};
-  bool numbers = true;
-  for (std::size_t row = 0; row < table.size(); ++row) {
-    numbers = numbers && std::isfinite(table.Number(row, "number_1"));
-  }
-  if (!numbers) {
-    plot.x.label += ", as listed";
-    for (std::size_t row = 0; row < table.size(); ++row) {
-      plot.notes.push_back(fmt::format("{}: {}", row + 1, study.axes.front().values[row]));
-    }
-  }
-  for (std::size_t axis = 0; axis < kDesignAxes.size(); ++axis) {
-    for (const bool worst : {true, false}) {
-      PlotSeries series;
-      series.name = std::string(kDesignAxes[axis]) + (worst ? ", worst point" : ", median");
-      series.colour = axis;
-      series.dash = worst ? PlotDash::kSolid : PlotDash::kDashed;
-      series.open = !worst;
-      const std::string column =
-          fmt::format("{}_sigma_{}_m", worst ? "max" : "median", kDesignAxes[axis]);
-      for (std::size_t row = 0; row < table.size(); ++row) {
-        const double x = numbers ? table.Number(row, "number_1") : static_cast<double>(row + 1);
-        series.points.push_back({x, table.Number(row, column)});
-      }
-      plot.series.push_back(std::move(series));
-    }
-  }
-  ChooseScale(&plot);
-  return SvgOf(plot);
-}
-
-std::string PlotDesignMatrix(const DesignStudy& study,
-                             const StudyTable& table,
-                             const std::string& column,
-                             const std::string& title) {
-  HeatMap map;
-  map.title = title;
-  map.rows_label = study.axes[0].name;
-  map.columns_label = study.axes[1].name;
-  map.rows = study.axes[0].values;
-  map.columns = study.axes[1].values;
-  for (std::size_t row = 0; row < table.size(); ++row) {
-    map.values.push_back(table.Number(row, column));
-    if (!study.goals.empty()) map.framed.push_back(table.Number(row, "reached") == 1.0);
-  }
-  if (!study.goals.empty()) map.notes = {"framed: reaches all goals"};
-  return SvgOf(map);
-}
-
-/// Accuracy against cost; what nothing beats in both is joined by a line.
-std::string PlotCost(const DesignStudy& study, const StudyTable& table) {
-  const std::string quantity = DesignQuantity(study);
-  Plot plot;
-  plot.title = "Accuracy against cost";
-  plot.x.label = "cost" + (study.prices.currency.empty() ? "" : " [" + study.prices.currency + "]");
-  plot.y = {.label = quantity.starts_with("max") ? "worst point [m]" : "median [m]",
-            .scale = PlotScale::kLog,
-            .range = {}};
-  PlotSeries best, others;
-  best.name = "nothing is cheaper and better";
-  others.name = "others";
-  others.mark = PlotMark::kMarkers;
-  others.colour = PlotSeries::kBlack;
-  others.open = true;
-  for (std::size_t row = 0; row < table.size(); ++row) {
-    PlotSeries& series = table.Number(row, "pareto") == 1.0 ? best : others;
-    series.points.push_back({table.Number(row, "cost"), table.Number(row, quantity)});
-  }
-  std::sort(best.points.begin(), best.points.end());
-  plot.series = {others, best};
-  ChooseScale(&plot);
-  return SvgOf(plot);
-}
-
 StudyAnswer ConcludeDesign(const DesignStudy& study, const StudyTable& table) {
   StudyAnswer answer;
   answer.words = DescribeDesign(study, table);
   const StudyTable marked = MarkPareto(study, table);
   answer.tables = DesignTables(study, marked);
-  if (study.axes.size() == 1) {
-    answer.files.emplace_back("design_curve.svg", PlotSweep(study, marked));
-  } else {
-    for (const char* axis : kDesignAxes) {
-      answer.files.emplace_back(fmt::format("design_{}.svg", axis),
-                                PlotDesignMatrix(study,
-                                                 marked,
-                                                 fmt::format("max_sigma_{}_m", axis),
-                                                 fmt::format("Worst point, sigma {} [m]", axis)));
-    }
+  answer.files = PlotsOf(study, marked);
+  if (study.law) {
+    const std::vector<FittedLaw> laws = FitLaws(study, marked);
+    for (std::string& line : LawLines(study, laws)) answer.tables.push_back(std::move(line));
+    for (std::string& line : DescribeLaws(study, laws)) answer.words.push_back(std::move(line));
+    answer.files.emplace_back("design_law.csv", StudyTableText(LawTable(study, laws)));
   }
-  if (study.prices.Given()) {
-    answer.files.emplace_back("design_cost.svg", PlotCost(study, marked));
-    answer.table = marked;
-  }
+  if (study.prices.Given()) answer.table = marked;
   return answer;
 }
 

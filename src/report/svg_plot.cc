@@ -322,20 +322,42 @@ void SetStyle(std::size_t number, PlotSeries* series) {
   series->open = round > 0;
 }
 
-std::string SvgOf(const Plot& plot) {
+namespace {
+
+/// A picture without the element around it.
+struct Drawing {
+  double width, height;
+  std::string content;
+};
+
+std::string DocumentOf(const Drawing& drawing) {
+  return fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" "
+      "height=\"{1}\" font-family=\"sans-serif\" font-size=\"12\">\n{2}</svg>\n",
+      drawing.width,
+      drawing.height,
+      drawing.content);
+}
+
+/// White ground, title and what a document says of itself.
+std::string GroundOf(const std::string& title, double title_left, double width, double height) {
+  return fmt::format(
+      "<title>{2}</title>\n<!-- written by sarblock -->\n"
+      "<rect width=\"{0}\" height=\"{1}\" fill=\"white\"/>\n"
+      "<text x=\"{3}\" y=\"22\">{2}</text>\n",
+      width,
+      height,
+      XmlText(title),
+      title_left);
+}
+
+Drawing DrawingOf(const Plot& plot) {
   const Axis x = AxisOf(plot, 0), y = AxisOf(plot, 1);
   double bottom = 0.0;
   const std::string legend = DrawLegend(plot, &bottom);
-  std::string svg = fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" "
-      "height=\"{1}\" font-family=\"sans-serif\" font-size=\"12\">\n<title>{2}</title>\n"
-      "<!-- written by sarblock -->\n"
-      "<rect width=\"{0}\" height=\"{1}\" fill=\"white\"/>\n"
-      "<text x=\"{3}\" y=\"22\">{2}</text>\n",
-      WidthOf(plot),
-      std::max(kHeight, bottom + kGap),
-      XmlText(plot.title),
-      kLeft);
+  Drawing drawing{WidthOf(plot), std::max(kHeight, bottom + kGap), {}};
+  std::string& svg = drawing.content;
+  svg = GroundOf(plot.title, kLeft, drawing.width, drawing.height);
   svg += DrawGrid(x, y);
   fmt::format_to(
       std::back_inserter(svg),
@@ -352,10 +374,9 @@ std::string SvgOf(const Plot& plot) {
       kPlotWidth,
       kPlotHeight);
   for (const PlotSeries& series : plot.series) svg += DrawSeries(series, x, y);
-  return svg + "</svg>\n" + legend + "</svg>\n";
+  svg += "</svg>\n" + legend;
+  return drawing;
 }
-
-namespace {
 
 /// From light to dark, distinct in grey as well.
 std::string HeatColour(double part) {
@@ -400,9 +421,7 @@ double WidestOf(const std::vector<std::string>& labels) {
   return kCharacter * static_cast<double>(widest);
 }
 
-}  // namespace
-
-std::string SvgOf(const HeatMap& map) {
+Drawing DrawingOf(const HeatMap& map) {
   if (map.values.size() != map.rows.size() * map.columns.size() ||
       (!map.framed.empty() && map.framed.size() != map.values.size())) {
     throw std::logic_error("a heat map needs a value for each pair of labels");
@@ -418,18 +437,12 @@ std::string SvgOf(const HeatMap& map) {
                                  left + WidestOf({map.columns_label}),
                                  left + WidestOf(map.notes)}));
   const double height = bottom + kGap + kLine * static_cast<double>(map.notes.size() + 1);
-  std::string svg = fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" "
-      "height=\"{1}\" font-family=\"sans-serif\" font-size=\"12\">\n<title>{2}</title>\n"
-      "<!-- written by sarblock -->\n"
-      "<rect width=\"{0}\" height=\"{1}\" fill=\"white\"/>\n"
-      "<text x=\"{3}\" y=\"22\">{2}</text>\n"
-      "<text x=\"{4}\" y=\"46\">{5}</text>\n"
-      "<text transform=\"translate(16 {6}) rotate(-90)\" text-anchor=\"middle\">{7}</text>\n",
-      width,
-      height,
-      XmlText(map.title),
-      kGap,
+  Drawing drawing{width, height, {}};
+  std::string& svg = drawing.content;
+  svg = GroundOf(map.title, kGap, width, height);
+  svg += fmt::format(
+      "<text x=\"{}\" y=\"46\">{}</text>\n"
+      "<text transform=\"translate(16 {}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n",
       left,
       XmlText(map.columns_label),
       0.5 * (kHead + bottom),
@@ -485,7 +498,45 @@ std::string SvgOf(const HeatMap& map) {
                    bottom + kLine * static_cast<double>(k + 1),
                    XmlText(map.notes[k]));
   }
-  return svg + "</svg>\n";
+  return drawing;
 }
 
+}  // namespace
+
+std::string SvgOf(const Plot& plot) { return DocumentOf(DrawingOf(plot)); }
+
+std::string SvgOf(const HeatMap& map) { return DocumentOf(DrawingOf(map)); }
+
+std::string SvgOf(const std::vector<PlotPanel>& panels, std::size_t columns) {
+  if (columns == 0) throw std::logic_error("panels need a column");
+  std::vector<Drawing> drawings;
+  for (const PlotPanel& panel : panels) {
+    drawings.push_back(std::visit([](const auto& of) { return DrawingOf(of); }, panel));
+  }
+  std::vector<double> widths(std::min(columns, drawings.size()), 0.0);
+  for (std::size_t i = 0; i < drawings.size(); ++i) {
+    widths[i % columns] = std::max(widths[i % columns], drawings[i].width);
+  }
+  Drawing all{0.0, 0.0, {}};
+  for (const double width : widths) all.width += width;
+  for (std::size_t begin = 0; begin < drawings.size(); begin += columns) {
+    const std::size_t end = std::min(drawings.size(), begin + columns);
+    double left = 0.0, height = 0.0;
+    for (std::size_t i = begin; i < end; ++i) {
+      const Drawing& drawing = drawings[i];
+      all.content += fmt::format("<svg x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\">\n{}</svg>\n",
+                                 left,
+                                 all.height,
+                                 drawing.width,
+                                 drawing.height,
+                                 drawing.content);
+      left += widths[i - begin];
+      height = std::max(height, drawing.height);
+    }
+    all.height += height;
+  }
+  all.content = fmt::format(
+      "<rect width=\"{}\" height=\"{}\" fill=\"white\"/>\n{}", all.width, all.height, all.content);
+  return DocumentOf(all);
+}
 }  // namespace sarblock

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 namespace sarblock {
@@ -83,5 +84,10 @@ struct HeatMap {
 /// The map as an SVG document, colours by the logarithm where all values are above 0. Throws
 /// std::logic_error unless there is a value for each pair of labels.
 [[nodiscard]] std::string SvgOf(const HeatMap& map);
+
+using PlotPanel = std::variant<Plot, HeatMap>;
+
+/// Several pictures in one document, row by row. Throws std::logic_error for no columns.
+[[nodiscard]] std::string SvgOf(const std::vector<PlotPanel>& panels, std::size_t columns);
 
 }  // namespace sarblock

@@ -162,6 +162,7 @@ CaseAxis ReadAxis(SceneTable table) {
     if (label.empty()) throw InputError(entry.PlaceOf("name"), "must be given");
     CaseChoice choice = TakeChanges(&entry);
     choice.label = choice.value = label;
+    entry.Number("number", &choice.number);
     entry.Finish();
     choices.push_back(std::move(choice));
   }

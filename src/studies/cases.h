@@ -40,8 +40,9 @@ struct CaseChoice {
   std::optional<std::vector<std::string>> flights;
   std::vector<std::string> set;
   FilePlace place;
-  std::string value;          ///< of an axis: the value, its label or the name of the case
-  double number = kNotGiven;  ///< of a value that is a number, or a list of one number
+  std::string value;  ///< of an axis: the value, its label or the name of the case
+  double number =
+      kNotGiven;  ///< of a value that is a number or a list of one, of a case its `number`
 
   /// The other's changes after these.
   void Add(const CaseChoice& other);

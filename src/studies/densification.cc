@@ -23,16 +23,6 @@
 
 namespace sarblock {
 
-std::vector<std::uint32_t> PointsCounted(const Block& block, const PointResults& points) {
-  std::vector<std::uint32_t> counted;
-  for (std::size_t i = 0; i < points.status.size(); ++i) {
-    if (IsSolved(points.status[i]) && block.points.role[i] != PointRole::kControl) {
-      counted.push_back(static_cast<std::uint32_t>(i));
-    }
-  }
-  return counted;
-}
-
 double MedianOf(std::vector<double> values) {
   if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
   const std::size_t middle = values.size() / 2;
@@ -164,46 +154,12 @@ Accuracy AccuracyOf(const SimulatedBlock& planned, const AdjustResult& predicted
   return SummariseAccuracy(points_m2, differences_m2, distances_m);
 }
 
-/// Cases that are verified.
-bool IsVerified(const DensificationStudy& study, std::size_t index) {
-  return study.verify.runs > 0 && index % study.verify.every == 0;
-}
-
-/// Level of one bound for a simultaneous level of all (Sidak).
-double LevelOfOne(const DensificationStudy& study) {
-  std::size_t verified = 0;
-  for (std::size_t i = 0; i < study.cases.size(); ++i) verified += IsVerified(study, i) ? 1U : 0U;
-  return std::pow(study.verify.level,
-                  1.0 / static_cast<double>(std::max<std::size_t>(1, verified)));
-}
-
-void SetVerification(const Verification& verified, StudyRowMaker* row) {
-  row->Count("runs", static_cast<std::size_t>(verified.runs));
-  if (verified.runs > 0) {
-    row->Set("montecarlo_rms_e_m", verified.rms_m[0])
-        .Set("montecarlo_rms_n_m", verified.rms_m[1])
-        .Set("montecarlo_rms_u_m", verified.rms_m[2])
-        .Set("nees", verified.nees)
-        .Set("nees_lower", verified.bound.lower)
-        .Set("nees_upper", verified.bound.upper);
-  }
-  const bool agrees = verified.failed == 0 && verified.bound.Contains(verified.nees);
-  row->Count("agrees", agrees ? 1 : 0);
-  if (verified.failed > 0) {
-    row->Message(std::to_string(verified.failed) +
-                 " runs could not be compared, the first: " + verified.why);
-  }
-}
-
 std::vector<StudyRow> ComputeCase(const DensificationStudy& study,
                                   std::size_t index,
                                   ProgressSink* progress) {
   const StudyCase& of = study.cases[index];
-  const bool verify = IsVerified(study, index);
-  Scene scene = of.scene;
-  if (verify && study.verify.navigation == VerificationOptions::Navigation::kPriors) {
-    scene.navigation = NavigationFromPriors(of.adjust, of.scene.navigation);
-  }
+  const bool verify = study.verify.Covers(index);
+  const Scene scene = verify ? SceneToDraw(of, study.verify) : of.scene;
   const AdjustOptions options = OptionsOf(of);
   const SimulatedBlock planned = PlannedBlock(scene);
   StudyRowMaker row(DensificationColumns());
@@ -219,8 +175,9 @@ std::vector<StudyRow> ComputeCase(const DensificationStudy& study,
                              predicted,
                              study.verify.runs,
                              MixStream(study.heading.seed, index),
-                             LevelOfOne(study),
+                             study.verify.LevelOfOne(study.cases.size()),
                              progress),
+                      {"e", "n", "u"},
                       &row);
     }
   } catch (const UndeterminedError& error) {
@@ -375,119 +332,6 @@ StudyPlan PlanDensification(const DensificationStudy& study) {
          [&study, i](ProgressSink* progress) { return ComputePlacement(study, i, progress); }});
   }
   return plan;
-}
-
-namespace {
-
-/// Square sums of one run over the points.
-struct RunSums {
-  std::string why_not = {};  // not empty: not compared
-  std::array<double, 3> square_m2{};
-  double whitened_errors = 0.0;
-};
-
-/// What a point's errors are compared with.
-struct Reference {
-  std::uint32_t point = 0;
-  Eigen::Matrix3d enu_from_frame;
-  Eigen::Matrix3d whiten;  // inverse Cholesky factor of the covariance
-};
-
-RunSums Compare(const SimulatedBlock& drawn,
-                const AdjustResult& result,
-                const std::vector<Reference>& references) {
-  RunSums sums;
-  if (!result.usable()) {
-    sums.why_not = "not converged";
-    return sums;
-  }
-  for (const Reference& reference : references) {
-    if (!IsSolved(result.points.status[reference.point])) {
-      sums.why_not = "point " + std::string(drawn.block.points.ids[reference.point]) + " " +
-                     NameOf(result.points.status[reference.point]);
-      return sums;
-    }
-    const Eigen::Vector3d e_m =
-        reference.enu_from_frame *
-        (result.points.position_m[reference.point] - drawn.truth.points_m[reference.point]);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      sums.square_m2[axis] +=
-          e_m[static_cast<Eigen::Index>(axis)] * e_m[static_cast<Eigen::Index>(axis)];
-    }
-    sums.whitened_errors += (reference.whiten * e_m).squaredNorm();
-  }
-  return sums;
-}
-
-}  // namespace
-
-Verification Verify(const Scene& scene,
-                    const SimulatedBlock& simulated,
-                    const AdjustOptions& options,
-                    const AdjustResult& predicted,
-                    int runs,
-                    std::uint64_t seed,
-                    double level,
-                    ProgressSink* progress) {
-  const std::vector<Eigen::Vector3d>& truth_m = simulated.truth.points_m;
-  std::vector<Reference> references;
-  for (const std::uint32_t point : PointsCounted(simulated.block, predicted.points)) {
-    const SymmetricEnu& q = predicted.points.covariance_m2[point];
-    const Eigen::Matrix3d matrix = MatrixOf(q);
-    const Eigen::LLT<Eigen::Matrix3d> factor(matrix);
-    if (factor.info() != Eigen::Success) continue;
-    references.push_back({point,
-                          simulated.block.frame.EnuFromFrame(truth_m[point]),
-                          factor.matrixL().solve(Eigen::Matrix3d::Identity())});
-  }
-  AdjustOptions adjust = options;
-  adjust.covariance = CovarianceLevel::kNone;
-  adjust.pairs = PairChoice::kNone;
-  std::vector<RunSums> sums(static_cast<std::size_t>(runs));
-  ParallelForChunks(sums.size(), 1, [&](std::size_t run, std::size_t, std::size_t) {
-    RunIsolated([&] {
-      if (progress != nullptr && progress->Cancelled()) throw Interrupted("study");
-      SimulatedBlock drawn = simulated;
-      Redraw(scene, MixStream(seed, run), RedrawChoice{}, &drawn);
-      std::vector<Eigen::Vector3d>& start_m = drawn.block.points.given_m;
-      for (std::size_t point = 0; point < start_m.size(); ++point) {
-        if (!start_m[point].allFinite()) start_m[point] = truth_m[point];  // where it was planned
-      }
-      try {
-        sums[run] = Compare(drawn, Adjust(drawn.block, adjust), references);
-      } catch (const UndeterminedError& error) {
-        sums[run].why_not = error.what();
-      }
-    });
-  });
-
-  Verification out;
-  double whitened_errors = 0.0;
-  std::array<double, 3> square_m2{};
-  for (const RunSums& run : sums) {
-    if (!run.why_not.empty()) {
-      if (++out.failed == 1) out.why = run.why_not;
-      continue;
-    }
-    ++out.runs;
-    whitened_errors += run.whitened_errors;
-    for (std::size_t axis = 0; axis < 3; ++axis) square_m2[axis] += run.square_m2[axis];
-  }
-  if (out.runs == 0 || references.empty()) return out;
-  const double count = static_cast<double>(out.runs) * static_cast<double>(references.size());
-  out.nees = whitened_errors / (3.0 * count);
-  for (std::size_t axis = 0; axis < 3; ++axis) out.rms_m[axis] = std::sqrt(square_m2[axis] / count);
-  const BlockCovariance covariance(simulated.block, options, truth_m, predicted.points.status);
-  std::vector<std::size_t> chosen;
-  std::size_t at = 0;
-  for (const Reference& reference : references) {
-    while (covariance.points()[at] != reference.point) ++at;
-    chosen.push_back(at);
-  }
-  const double degrees = out.runs * covariance.SquareFreedom(chosen);
-  const Interval square = ChiSquareInterval(level, degrees);
-  out.bound = {square.lower / degrees, square.upper / degrees};
-  return out;
 }
 
 }  // namespace sarblock

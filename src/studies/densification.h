@@ -22,12 +22,9 @@
 #include "cases.h"
 #include "placement.h"
 #include "study.h"
+#include "verification.h"
 
 namespace sarblock {
-
-/// Points that a densification study speaks of: solved and not control.
-[[nodiscard]] std::vector<std::uint32_t> PointsCounted(const Block& block,
-                                                       const PointResults& points);
 
 /// Accuracy of a block in a few numbers [m]; axes east, north, up.
 struct Accuracy {
@@ -59,17 +56,6 @@ struct PlacementCase {
   Candidates candidates = Candidates::kTie;  ///< kCheck: the scene's check points, a grid if wanted
   Exchange exchange = Exchange::kOn;         ///< of the points placed, once all are there
   std::array<double, 3> sigma_m{};           ///< e, n, u of an added point, > 0
-};
-
-/// Monte Carlo verification of some of the cases.
-struct VerificationOptions {
-  int runs = 0;           ///< of each case verified; 0: none
-  std::size_t every = 1;  ///< the first case and every so many after it
-  double level = 0.99;    ///< simultaneous level of all bounds if the predictions are right
-  /// Whose standard deviations the flight path and measurement errors are drawn from: the priors of
-  /// the corrections, which is what a prediction assumes, or the scene's [navigation].
-  enum class Navigation { kPriors, kScene };
-  Navigation navigation = Navigation::kPriors;
 };
 
 struct DensificationGoal {
@@ -104,36 +90,6 @@ struct DensificationStudy {
 /// variant; where the next points help most; whether the verified rows agree.
 [[nodiscard]] std::vector<std::string> DescribeDensification(const DensificationStudy& study,
                                                              const StudyTable& table);
-
-/// Navigation errors with the standard deviations of the priors, as a prediction assumes them.
-/// Throws InputError for priors of kinds that a scene cannot draw (splines, frame axes, degrees
-/// above 2, velocity, troposphere, single passes). What has no prior is drawn as in `scene`.
-[[nodiscard]] SceneNavigation NavigationFromPriors(const AdjustOptions& options,
-                                                   const SceneNavigation& scene);
-
-/// Errors of adjustments of drawn blocks against a predicted covariance.
-struct Verification {
-  int runs = 0;                   ///< compared
-  int failed = 0;                 ///< not converged, or a point not solved
-  std::string why;                ///< of the first that failed
-  std::array<double, 3> rms_m{};  ///< east, north, up, over all points and runs
-  double nees = 0.0;              ///< mean of e' Q^-1 e / 3
-  Interval bound;                 ///< that holds nees with probability `level`
-};
-
-/// Draws noise, paths and control `runs` times about the same nominal block, adjusts each draw and
-/// compares. Points without coordinates of their own start where they are planned: it is the
-/// covariance that is verified, not the way to a start. Runs go side by side; the result does not
-/// depend on the number of threads. The bound is that of a chi-square with runs times
-/// SquareFreedom() degrees over these degrees: points of one run hang together, runs do not.
-[[nodiscard]] Verification Verify(const Scene& scene,
-                                  const SimulatedBlock& simulated,
-                                  const AdjustOptions& options,
-                                  const AdjustResult& predicted,
-                                  int runs,
-                                  std::uint64_t seed,
-                                  double level,
-                                  ProgressSink* progress);
 
 /// A densification study as read, every case's scene and options made and checked.
 struct DensificationFile {

@@ -9,17 +9,13 @@
 #include <cstdio>
 #include <cstdlib>
 #include <iterator>
-#include <map>
 #include <optional>
 #include <set>
-#include <sstream>
 #include <string>
 #include <utility>
-#include <variant>
 
 #include "cases.h"
 #include "densification.h"
-#include "model/priors.h"
 #include "study.h"
 #include "tables/toml.h"
 
@@ -82,23 +78,6 @@ PlacementCase ReadPlacement(SceneTable table, CaseChoice base, CaseMaker* maker)
   return placement;
 }
 
-VerificationOptions ReadVerification(SceneTable& table) {
-  using Navigation = VerificationOptions::Navigation;
-  VerificationOptions verify;
-  if (const auto runs = table.Take("runs")) verify.runs = runs->Integer(0, 1000000);
-  table.Count("every", &verify.every);
-  if (verify.every == 0) throw InputError(table.PlaceOf("every"), "must be 1 at least");
-  table.Number("level", &verify.level);
-  if (!(verify.level > 0.0 && verify.level < 1.0)) {
-    throw InputError(table.PlaceOf("level"), "must lie between 0 and 1");
-  }
-  table.Choice<Navigation>("navigation",
-                           {{"priors", Navigation::kPriors}, {"scene", Navigation::kScene}},
-                           &verify.navigation);
-  table.Finish();
-  return verify;
-}
-
 DensificationGoal ReadGoal(SceneTable& table) {
   DensificationGoal goal;
   for (const auto& [key, value] :
@@ -158,13 +137,7 @@ DensificationFile ParseDensification(
   if (out.study.cases.empty() && out.study.placements.empty()) {
     throw InputError(table.PlaceOf("axis"), "must be given: [[axis]], [[case]] or [[placement]]");
   }
-  if (out.study.verify.navigation == VerificationOptions::Navigation::kPriors) {
-    for (std::size_t i = 0; i < out.study.cases.size(); i += out.study.verify.every) {
-      if (out.study.verify.runs == 0) break;
-      static_cast<void>(
-          NavigationFromPriors(out.study.cases[i].adjust, out.study.cases[i].scene.navigation));
-    }
-  }
+  CheckVerification(out.study.verify, out.study.cases);
   out.identity = TextOf(root);
   for (const auto& [name, scene] : maker.texts()) out.identity += SceneAsComment(name, scene);
   return out;
@@ -189,117 +162,6 @@ std::vector<std::string> DensificationKeys() {
   add("goal", [](SceneTable& table) { static_cast<void>(ReadGoal(table)); });
   add("placement.0", [](SceneTable& table) { static_cast<void>(ReadPlacementKeys(&table)); });
   return keys;
-}
-
-namespace {
-
-[[noreturn]] void Refuse(const CorrectionGroup& group, const std::string& why) {
-  throw InputError("verify.navigation",
-                   "'priors' cannot draw the corrections '" + group.name + "' (" + why +
-                       "); 'scene' draws the scene's [navigation]");
-}
-
-/// Prior, or what the scene has where there is none.
-double Or(double prior, double scene) { return std::isnan(prior) ? scene : prior; }
-
-void Take(const CorrectionGroup& group,
-          const PositionCorrection& position,
-          const SceneNavigation& scene,
-          SceneNavigation* drawn) {
-  using Process = PositionCorrection::Process;
-  if (position.basis == PositionCorrection::Basis::kSpline) {
-    if (position.process == Process::kWhite) Refuse(group, "splines of independent coefficients");
-    if (drawn->process != SceneNavigation::Process::kNone) Refuse(group, "several splines");
-  }
-  if (position.axes != PositionCorrection::Axes::kTrack) Refuse(group, "frame axes");
-  if (position.degree > 2) Refuse(group, "a degree above 2");
-  if (group.shared) Refuse(group, "shared by passes");
-  const std::array<std::array<double, 3> SceneNavigation::*, 3> members = {
-      &SceneNavigation::constant_sigma_m,
-      &SceneNavigation::drift_sigma_m,
-      &SceneNavigation::curvature_sigma_m};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (!position.components[axis]) continue;
-    const std::vector<double>& prior = position.prior_sigma_m[axis];
-    if (position.basis == PositionCorrection::Basis::kSpline) {
-      const bool walk = position.process == Process::kRandomWalk;
-      drawn->process =
-          walk ? SceneNavigation::Process::kRandomWalk : SceneNavigation::Process::kGaussMarkov;
-      drawn->knot_spacing_s = position.knot_spacing_s;
-      drawn->correlation_time_s = position.correlation_time_s;
-      drawn->process_sigma_m[axis] = prior.empty() ? scene.process_sigma_m[axis] : prior.front();
-      // A walk that starts anywhere is one from zero and a constant.
-      if (walk && !prior.empty()) drawn->constant_sigma_m[axis] = position.start_sigma_m[axis];
-      continue;
-    }
-    for (std::size_t degree = 0; degree <= static_cast<std::size_t>(position.degree); ++degree) {
-      const double sigma_m = prior.empty()       ? kNotGiven
-                             : prior.size() == 1 ? prior[0]
-                                                 : prior[degree];
-      (drawn->*members[degree])[axis] = Or(sigma_m, (scene.*members[degree])[axis]);
-    }
-  }
-}
-
-/// Which of the corrections that are not shared have joint priors, in the order of the groups.
-std::set<int> JointParameters(const AdjustOptions& options) {
-  const JointPriorBindings bindings = BindJointPriors({"pass"}, options.groups, options.priors);
-  for (const JointPrior& prior : options.priors) {
-    if (prior.passes.empty()) continue;
-    throw InputError("verify.navigation",
-                     "'priors' cannot draw " + KeyOf(prior) +
-                         " (single passes); 'scene' draws the scene's [navigation]");
-  }
-  if (bindings.problem) throw InputError("adjust.prior", bindings.problem->problem);
-  std::set<int> joint;
-  for (const JointPriorBinding& binding : bindings.bound) {
-    joint.insert(binding.parameters.begin(), binding.parameters.end());
-  }
-  return joint;
-}
-
-}  // namespace
-
-SceneNavigation NavigationFromPriors(const AdjustOptions& options, const SceneNavigation& scene) {
-  SceneNavigation drawn;
-  drawn.shared_biases = scene.shared_biases;
-  if (options.corrections != CorrectionChoice::kGiven) return drawn;
-  drawn.joint = options.priors;
-  const std::set<int> joint = JointParameters(options);
-  int next = 0;  // parameter that is not shared
-  for (const CorrectionGroup& group : options.groups) {
-    if (!group.passes.empty()) Refuse(group, "single passes");
-    if (!group.shared) {
-      const auto parameters = static_cast<int>(ParametersOf(group).size());
-      const auto of_joint =
-          std::distance(joint.lower_bound(next), joint.lower_bound(next + parameters));
-      next += parameters;
-      if (of_joint > 0 && of_joint == parameters) continue;
-      if (of_joint > 0) Refuse(group, "a joint prior for a part of its parameters");
-    }
-    if (const auto* position = std::get_if<PositionCorrection>(&group.model)) {
-      Take(group, *position, scene, &drawn);
-      continue;
-    }
-    if (group.shared != scene.shared_biases) {
-      Refuse(group, "shared where navigation.shared_biases is not, or the other way round");
-    }
-    if (const auto* range = std::get_if<RangeCorrection>(&group.model)) {
-      if (range->bias) {
-        drawn.range_bias_sigma_m = Or(range->bias_prior_sigma_m, scene.range_bias_sigma_m);
-      }
-      if (range->scale) {
-        drawn.range_scale_sigma = Or(range->scale_prior_sigma, scene.range_scale_sigma);
-      }
-    } else if (const auto* time = std::get_if<TimeCorrection>(&group.model)) {
-      drawn.time_bias_sigma_s = Or(time->bias_prior_sigma_s, scene.time_bias_sigma_s);
-    } else if (const auto* squint = std::get_if<SquintCorrection>(&group.model)) {
-      drawn.squint_bias_sigma_rad = Or(squint->bias_prior_sigma_rad, scene.squint_bias_sigma_rad);
-    } else {
-      Refuse(group, "velocity or troposphere");
-    }
-  }
-  return drawn;
 }
 
 namespace {
@@ -340,7 +202,7 @@ std::string DescribeExchange(const StudyTable& table, std::size_t last) {
 std::string ControlOf(const StudyTable& table, std::size_t row) {
   const auto count = static_cast<long>(table.Number(row, "control_points"));
   const std::string layout = table.Text(row, "layout");
-  return count == 0   ? "no control at all"
+  return count == 0   ? "no control"
          : count == 1 ? "one control point (" + layout + ")"
                       : std::to_string(count) + " control points (" + layout + ")";
 }
@@ -372,12 +234,8 @@ std::string Describe(const DensificationGoal& goal) {
   return text + (goal.of == DensificationGoal::Of::kMedian ? " in the median" : " everywhere");
 }
 
-/// One sentence a variant: the fewest points that reach the goal, of several layouts the best.
-void DescribeGoal(const DensificationStudy& study,
-                  const StudyTable& table,
-                  std::vector<std::string>* words) {
-  const DensificationGoal& goal = study.goal;
-  if (std::isnan(goal.sigma_h_m) && std::isnan(goal.sigma_u_m)) return;
+/// Variants of the cases that are no placements, in the order of the table.
+std::vector<std::string> VariantsOf(const StudyTable& table) {
   std::vector<std::string> variants;
   for (std::size_t row = 0; row < table.size(); ++row) {
     const std::string variant = table.Text(row, "variant");
@@ -386,35 +244,78 @@ void DescribeGoal(const DensificationStudy& study,
       variants.push_back(variant);
     }
   }
-  for (const std::string& variant : variants) {
-    std::optional<std::size_t> fewest, nearest;
-    const auto excess = [&](std::size_t row) { return Excess(goal, ReachedBy(goal, table, row)); };
-    const auto points = [&](std::size_t row) { return table.Number(row, "control_points"); };
-    for (std::size_t row = 0; row < table.size(); ++row) {
-      if (IsPlacement(table, row) || !IsDetermined(table, row)) continue;
-      if (table.Text(row, "variant") != variant) continue;
-      if (!nearest || excess(row) < excess(*nearest)) nearest = row;
-      if (excess(row) > 1.0) continue;
-      if (!fewest || points(row) < points(*fewest) ||
-          (points(row) == points(*fewest) && excess(row) < excess(*fewest))) {
-        fewest = row;
-      }
+  return variants;
+}
+
+/// Determined cases of a variant.
+std::vector<std::size_t> RowsOf(const StudyTable& table, const std::string& variant) {
+  std::vector<std::size_t> rows;
+  for (std::size_t row = 0; row < table.size(); ++row) {
+    if (IsPlacement(table, row) || !IsDetermined(table, row)) continue;
+    if (table.Text(row, "variant") == variant) rows.push_back(row);
+  }
+  return rows;
+}
+
+/// "with 4 control points (corners): 2.1 m, 3.4 m".
+std::string With(const StudyTable& table, std::size_t row, const Reached& reached) {
+  const bool none = table.Number(row, "control_points") == 0.0;
+  return (none ? "without control" : "with " + ControlOf(table, row)) + ": sigma_h " +
+         Metres(reached.sigma_h_m) + ", sigma_u " + Metres(reached.sigma_u_m);
+}
+
+/// The fewest points that reach the goal, of several layouts the best.
+std::string DescribeGoal(const DensificationGoal& goal,
+                         const StudyTable& table,
+                         const std::vector<std::size_t>& rows) {
+  std::optional<std::size_t> fewest, nearest;
+  const auto excess = [&](std::size_t row) { return Excess(goal, ReachedBy(goal, table, row)); };
+  const auto points = [&](std::size_t row) { return table.Number(row, "control_points"); };
+  for (const std::size_t row : rows) {
+    if (!nearest || excess(row) < excess(*nearest)) nearest = row;
+    if (excess(row) > 1.0) continue;
+    if (!fewest || points(row) < points(*fewest) ||
+        (points(row) == points(*fewest) && excess(row) < excess(*fewest))) {
+      fewest = row;
     }
-    const std::string begin = variant.empty() ? "" : variant + ": ";
-    if (fewest) {
-      const Reached reached = ReachedBy(goal, table, *fewest);
-      words->push_back(begin + ControlOf(table, *fewest) +
-                       (points(*fewest) > 1.0 ? " reach " : " reaches ") + Describe(goal) + " (" +
-                       Metres(reached.sigma_h_m) + ", " + Metres(reached.sigma_u_m) +
-                       "), no smaller layout of the study does");
-    } else if (nearest) {
-      const Reached reached = ReachedBy(goal, table, *nearest);
-      words->push_back(begin + "no layout of the study reaches " + Describe(goal) +
-                       "; the nearest is " + ControlOf(table, *nearest) + " with " +
-                       Metres(reached.sigma_h_m) + " and " + Metres(reached.sigma_u_m));
-    } else {
-      words->push_back(begin + "no layout of the study determines the block");
-    }
+  }
+  if (!fewest) {
+    return Describe(goal) + " is missed by all layouts; the nearest is " +
+           With(table, *nearest, ReachedBy(goal, table, *nearest));
+  }
+  const std::string with = With(table, *fewest, ReachedBy(goal, table, *fewest));
+  return Describe(goal) + " is reached " + with +
+         (points(*fewest) > 0.0 ? "; no smaller layout of the study does" : "");
+}
+
+/// Without a goal: the fewest control points and the best layout.
+std::string DescribeRange(const StudyTable& table, const std::vector<std::size_t>& rows) {
+  const auto of = [&](std::size_t row) {
+    return Reached{table.Number(row, "max_sigma_h_m"), table.Number(row, "max_sigma_u_m")};
+  };
+  std::size_t fewest = rows.front(), best = rows.front();
+  for (const std::size_t row : rows) {
+    const double count = table.Number(row, "control_points");
+    const double least = table.Number(fewest, "control_points");
+    if (count < least || (count == least && of(row).sigma_u_m < of(fewest).sigma_u_m)) fewest = row;
+    if (of(row).sigma_u_m < of(best).sigma_u_m) best = row;
+  }
+  std::string text = "the worst point has " + With(table, fewest, of(fewest));
+  if (best != fewest) text += "; best " + With(table, best, of(best));
+  return text;
+}
+
+/// One sentence a variant.
+void DescribeVariants(const DensificationStudy& study,
+                      const StudyTable& table,
+                      std::vector<std::string>* words) {
+  const bool goal = !std::isnan(study.goal.sigma_h_m) || !std::isnan(study.goal.sigma_u_m);
+  for (const std::string& variant : VariantsOf(table)) {
+    const std::vector<std::size_t> rows = RowsOf(table, variant);
+    const std::string found = rows.empty() ? "no layout of the study determines the block"
+                              : goal       ? DescribeGoal(study.goal, table, rows)
+                                           : DescribeRange(table, rows);
+    words->push_back((variant.empty() ? "" : variant + ": ") + found);
   }
 }
 
@@ -446,41 +347,18 @@ void DescribePlacements(const StudyTable& table, std::vector<std::string>* words
   }
 }
 
-void DescribeVerification(const DensificationStudy& study,
-                          const StudyTable& table,
-                          std::vector<std::string>* words) {
-  std::size_t verified = 0, agree = 0;
-  double least = 1e300, most = 0.0;
-  std::string not_agreeing;
-  for (std::size_t row = 0; row < table.size(); ++row) {
-    if (std::isnan(table.Number(row, "agrees"))) continue;
-    ++verified;
-    least = std::fmin(least, table.Number(row, "nees"));
-    most = std::fmax(most, table.Number(row, "nees"));
-    if (table.Number(row, "agrees") == 1.0) {
-      ++agree;
-    } else {
-      not_agreeing += "; not " + ControlOf(table, row) + " " + table.Text(row, "variant") + " (" +
-                      Figure(table.Number(row, "nees")) + ", allowed " +
-                      Figure(table.Number(row, "nees_lower")) + " to " +
-                      Figure(table.Number(row, "nees_upper")) + ")";
-    }
-  }
-  if (verified == 0) return;
-  words->push_back("Monte Carlo agrees with the prediction in " + std::to_string(agree) + " of " +
-                   std::to_string(verified) + " verified rows, " +
-                   std::to_string(study.verify.runs) + " runs each: normalised errors squared " +
-                   Figure(least) + " to " + Figure(most) + not_agreeing);
-}
-
 }  // namespace
 
 std::vector<std::string> DescribeDensification(const DensificationStudy& study,
                                                const StudyTable& table) {
   std::vector<std::string> words;
-  DescribeGoal(study, table, &words);
+  DescribeVariants(study, table, &words);
   DescribePlacements(table, &words);
-  DescribeVerification(study, table, &words);
+  for (std::string& sentence : DescribeVerification(study.verify, table, [&](std::size_t row) {
+         return ControlOf(table, row) + " " + table.Text(row, "variant");
+       })) {
+    words.push_back(std::move(sentence));
+  }
   const auto undetermined = [&] {
     std::size_t count = 0;
     for (std::size_t row = 0; row < table.size(); ++row) {

@@ -17,6 +17,7 @@
 #include "core/text.h"
 #include "core/threads.h"
 #include "densification.h"
+#include "design_law.h"
 #include <fmt/core.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -45,6 +46,51 @@ DesignPrices ReadPrices(SceneTable& table) {
   }
   table.Finish();
   return prices;
+}
+
+/// Index of a name among the axes, or of a text among the values of one.
+std::size_t IndexOf(const std::string& name,
+                    const std::vector<std::string>& known,
+                    const FilePlace& place) {
+  const auto found = std::find(known.begin(), known.end(), name);
+  if (found != known.end()) return static_cast<std::size_t>(found - known.begin());
+  throw InputError(place,
+                   fmt::format("must be one of '{}', got '{}'", fmt::join(known, "', '"), name));
+}
+
+DesignLaw ReadLaw(SceneTable& table, const DesignStudy& study) {
+  DesignLaw law;
+  std::vector<std::string> names;
+  for (const DesignAxis& axis : study.axes) names.push_back(axis.name);
+  std::string name = names.size() == 1 ? names.front() : "";
+  table.Text("axis", &name);
+  law.axis = IndexOf(name, names, table.PlaceOf("axis"));
+  for (const CaseChoice& choice : study.choices[law.axis]) {
+    if (choice.number > 0.0) continue;
+    throw InputError(table.PlaceOf("axis"),
+                     fmt::format("'{}' has a value that is no number above 0, '{}'; a case of an "
+                                 "axis takes 'number'",
+                                 name,
+                                 choice.value));
+  }
+  table.Choice<DesignLaw::Part>(
+      "part", {{"paths", DesignLaw::Part::kPaths}, {"all", DesignLaw::Part::kAll}}, &law.part);
+  const bool alone = study.axes.size() == 1;
+  const std::vector<std::string> others =
+      alone ? std::vector<std::string>{""} : study.axes[1 - law.axis].values;
+  law.derived.assign(others.size(), {kNotGiven, kNotGiven, kNotGiven});
+  for (SceneTable& listed : table.Tables("derived")) {
+    std::string of;
+    if (!alone) listed.Text("case", &of);
+    std::array<double, 3>& exponents =
+        law.derived[alone ? 0 : IndexOf(of, others, listed.PlaceOf("case"))];
+    for (std::size_t i = 0; i < exponents.size(); ++i) {
+      listed.Number(kDesignDirections[i], &exponents[i]);
+    }
+    listed.Finish();
+  }
+  table.Finish();
+  return law;
 }
 
 std::vector<DesignGoal> ReadGoals(SceneTable& table) {
@@ -87,11 +133,14 @@ DesignFile ParseDesign(std::string_view text,
   }
   if (auto goal = table.Table("goal")) study.goals = ReadGoals(*goal);
   if (auto cost = table.Table("cost")) study.prices = ReadPrices(*cost);
+  if (auto verify = table.Table("verify")) study.verify = ReadVerification(*verify);
+  if (auto law = table.Table("law")) study.law = ReadLaw(*law, study);
   table.Finish();
   for (const DesignGoal& goal : study.goals) {
     if (goal.column != "cost" || study.prices.Given()) continue;
     throw InputError(table.PlaceOf("goal.cost"), "needs prices: a table [cost]");
   }
+  CheckVerification(study.verify, study.cases);
   out.identity = TextOf(root);
   for (const auto& [name, scene] : maker.texts()) out.identity += SceneAsComment(name, scene);
   return out;
@@ -109,6 +158,10 @@ std::vector<std::string> DesignKeys() {
   for (const char* key : {"currency", "pass", "kilometre", "control_point"}) {
     keys.push_back(std::string("cost.") + key);
   }
+  for (const char* key : {"runs", "every", "level", "navigation"}) {
+    keys.push_back(std::string("verify.") + key);
+  }
+  for (const char* key : {"axis", "part"}) keys.push_back(std::string("law.") + key);
   return keys;
 }
 
@@ -140,8 +193,34 @@ const std::vector<StudyColumn>& DesignColumns() {
                                                    {"traded", Cell::kText},
                                                    {"pareto", Cell::kInteger},
                                                    {"determined", Cell::kInteger},
-                                                   {"message", Cell::kText}};
+                                                   {"message", Cell::kText},
+                                                   {"median_path_sigma_along_m"},
+                                                   {"median_path_sigma_across_m"},
+                                                   {"median_path_sigma_up_m"},
+                                                   {"max_path_sigma_along_m"},
+                                                   {"max_path_sigma_across_m"},
+                                                   {"max_path_sigma_up_m"},
+                                                   {"rms_sigma_along_m"},
+                                                   {"rms_sigma_across_m"},
+                                                   {"rms_sigma_up_m"},
+                                                   {"montecarlo_rms_along_m"},
+                                                   {"montecarlo_rms_across_m"},
+                                                   {"montecarlo_rms_up_m"},
+                                                   {"nees"},
+                                                   {"nees_lower"},
+                                                   {"nees_upper"},
+                                                   {"runs", Cell::kInteger},
+                                                   {"agrees", Cell::kInteger}};
   return columns;
+}
+
+std::vector<std::size_t> DesignPlaces(const DesignStudy& study, std::size_t index) {
+  std::vector<std::size_t> place(study.axes.size());
+  for (std::size_t axis = place.size(); axis-- > 0;) {
+    place[axis] = index % study.axes[axis].values.size();
+    index /= study.axes[axis].values.size();
+  }
+  return place;
 }
 
 namespace {
@@ -159,10 +238,11 @@ std::optional<Eigen::Vector2d> TrackAt(const Block& block,
   return std::nullopt;
 }
 
-/// Standard deviation along a horizontal direction.
-double SigmaAlong(const SymmetricEnu& q, const Eigen::Vector2d& direction) {
-  const double e = direction.x(), n = direction.y();
-  return std::sqrt(e * e * q[0] + n * n * q[1] + 2.0 * e * n * q[3]);
+/// Variance along, across and up; the track's direction is horizontal.
+std::array<double, 3> AlongAcrossUp(const SymmetricEnu& q, const Eigen::Vector2d& track) {
+  const double e = track.x(), n = track.y();
+  const double along_m2 = e * e * q[0] + n * n * q[1] + 2.0 * e * n * q[3];
+  return {along_m2, q[0] + q[1] - along_m2, q[2]};
 }
 
 /// Length of the flights within their strips.
@@ -177,17 +257,25 @@ double FlightLength_m(const Block& block) {
 }
 
 void SetSigmas(const SimulatedBlock& planned, const AdjustResult& predicted, StudyRowMaker* row) {
-  constexpr std::array kAxes = {"along", "across", "up"};
-  std::array<std::vector<double>, 3> sigmas_m;
+  const std::vector<SymmetricEnu>& by_looks_m2 = predicted.points.fixed_path_covariance_m2;
+  std::array<std::vector<double>, 3> sigmas_m, path_sigmas_m;
+  std::array<double, 3> square_sum_m2{};
   double worst_m = 0.0;
   std::uint32_t worst = 0;
   for (const std::uint32_t point : PointsCounted(planned.block, predicted.points)) {
-    const auto along = TrackAt(planned.block, point, planned.truth.points_m[point]);
-    if (!along) continue;
-    const SymmetricEnu& q = predicted.points.covariance_m2[point];
-    sigmas_m[0].push_back(SigmaAlong(q, *along));
-    sigmas_m[1].push_back(SigmaAlong(q, {-along->y(), along->x()}));
-    sigmas_m[2].push_back(std::sqrt(q[2]));
+    const auto track = TrackAt(planned.block, point, planned.truth.points_m[point]);
+    if (!track) continue;
+    const auto all_m2 = AlongAcrossUp(predicted.points.covariance_m2[point], *track);
+    for (std::size_t axis = 0; axis < all_m2.size(); ++axis) {
+      sigmas_m[axis].push_back(std::sqrt(all_m2[axis]));
+      square_sum_m2[axis] += all_m2[axis];
+    }
+    if (!by_looks_m2.empty()) {  // there are corrections
+      const auto looks_m2 = AlongAcrossUp(by_looks_m2[point], *track);
+      for (std::size_t axis = 0; axis < all_m2.size(); ++axis) {
+        path_sigmas_m[axis].push_back(std::sqrt(std::max(0.0, all_m2[axis] - looks_m2[axis])));
+      }
+    }
     if (sigmas_m[2].back() > worst_m) {
       worst_m = sigmas_m[2].back();
       worst = point;
@@ -196,11 +284,41 @@ void SetSigmas(const SimulatedBlock& planned, const AdjustResult& predicted, Stu
   if (sigmas_m[0].empty()) throw UndeterminedError("no point but control is determined", {});
   row->Set("worst_point", std::string(planned.block.points.ids[worst]))
       .Count("points", sigmas_m[0].size());
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::string name = std::string("sigma_") + kAxes[axis] + "_m";
-    row->Set("max_" + name, *std::max_element(sigmas_m[axis].begin(), sigmas_m[axis].end()))
-        .Set("median_" + name, MedianOf(sigmas_m[axis]));
+  for (std::size_t axis = 0; axis < kDesignDirections.size(); ++axis) {
+    const auto set = [&](const std::string& name, const std::vector<double>& values_m) {
+      if (values_m.empty()) return;
+      row->Set("max_" + name, *std::max_element(values_m.begin(), values_m.end()))
+          .Set("median_" + name, MedianOf(values_m));
+    };
+    set(fmt::format("sigma_{}_m", kDesignDirections[axis]), sigmas_m[axis]);
+    set(fmt::format("path_sigma_{}_m", kDesignDirections[axis]), path_sigmas_m[axis]);
+    row->Set(fmt::format("rms_sigma_{}_m", kDesignDirections[axis]),
+             std::sqrt(square_sum_m2[axis] / static_cast<double>(sigmas_m[axis].size())));
   }
+}
+
+/// Draws the case and compares errors along, across and up.
+Verification VerifyDesign(const DesignStudy& study,
+                          std::size_t index,
+                          const SimulatedBlock& planned,
+                          const AdjustOptions& options,
+                          const AdjustResult& predicted,
+                          ProgressSink* progress) {
+  return Verify(SceneToDraw(study.cases[index], study.verify),
+                planned,
+                options,
+                predicted,
+                study.verify.runs,
+                MixStream(study.heading.seed, index),
+                study.verify.LevelOfOne(study.cases.size()),
+                progress,
+                [&](std::uint32_t point) {
+                  const auto track = TrackAt(planned.block, point, planned.truth.points_m[point]);
+                  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
+                  if (!track) return axes;
+                  axes.topLeftCorner<2, 2>() << track->x(), track->y(), -track->y(), track->x();
+                  return axes;
+                });
 }
 
 void SetCost(const DesignPrices& prices, const Block& block, StudyRowMaker* row) {
@@ -229,19 +347,11 @@ bool ReachesAll(const std::vector<DesignGoal>& goals, const StudyRow& row) {
   });
 }
 
-/// Index of each axis' choice in a case.
-std::vector<std::size_t> PlaceOf(const DesignStudy& study, std::size_t index) {
-  std::vector<std::size_t> place(study.axes.size());
-  for (std::size_t axis = place.size(); axis-- > 0;) {
-    place[axis] = index % study.axes[axis].values.size();
-    index /= study.axes[axis].values.size();
-  }
-  return place;
-}
-
-std::vector<StudyRow> ComputeDesign(const DesignStudy& study, std::size_t index) {
+std::vector<StudyRow> ComputeDesign(const DesignStudy& study,
+                                    std::size_t index,
+                                    ProgressSink* progress) {
   StudyRowMaker row(DesignColumns());
-  const std::vector<std::size_t> place = PlaceOf(study, index);
+  const std::vector<std::size_t> place = DesignPlaces(study, index);
   for (std::size_t axis = 0; axis < place.size(); ++axis) {
     const std::string end = "_" + std::to_string(axis + 1);
     const CaseChoice& choice = study.choices[axis][place[axis]];
@@ -260,6 +370,11 @@ std::vector<StudyRow> ComputeDesign(const DesignStudy& study, std::size_t index)
     const AdjustResult predicted = Predict(planned.block, options, planned.truth.points_m);
     SetSigmas(planned, predicted, &row);
     row.Set("redundancy", predicted.redundancy()).Count("determined", 1);
+    if (study.verify.Covers(index)) {
+      SetVerification(VerifyDesign(study, index, planned, options, predicted, progress),
+                      {kDesignDirections[0], kDesignDirections[1], kDesignDirections[2]},
+                      &row);
+    }
   } catch (const UndeterminedError& error) {
     row.Count("determined", 0).Message(error.what());
   } catch (const InputError& error) {  // a scene that the swept value spoils
@@ -275,8 +390,9 @@ StudyPlan PlanDesign(const DesignStudy& study) {
   StudyPlan plan;
   plan.columns = DesignColumns();
   for (std::size_t i = 0; i < study.cases.size(); ++i) {
-    plan.tasks.push_back(
-        {study.cases[i].variant, [&study, i](ProgressSink*) { return ComputeDesign(study, i); }});
+    plan.tasks.push_back({study.cases[i].variant, [&study, i](ProgressSink* progress) {
+                            return ComputeDesign(study, i, progress);
+                          }});
   }
   return plan;
 }
@@ -352,7 +468,7 @@ std::string ShownValue(const DesignStudy& study, const std::string& column, doub
 }
 
 std::string CaseName(const DesignStudy& study, std::size_t index) {
-  const std::vector<std::size_t> place = PlaceOf(study, index);
+  const std::vector<std::size_t> place = DesignPlaces(study, index);
   std::string name;
   for (std::size_t axis = 0; axis < place.size(); ++axis) {
     name += (axis == 0 ? "" : ", ") + study.axes[axis].name + " " +
@@ -555,6 +671,10 @@ std::vector<std::string> DescribeDesign(const DesignStudy& study, const StudyTab
         fmt::format("{} of {} cases give no block that is determined; see the column message",
                     lost,
                     table.size()));
+  }
+  for (std::string& sentence : DescribeVerification(
+           study.verify, table, [&](std::size_t row) { return CaseName(study, row); })) {
+    words.push_back(std::move(sentence));
   }
   return words;
 }

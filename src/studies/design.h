@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "cases.h"
 #include "study.h"
+#include "verification.h"
 
 namespace sarblock {
 
@@ -37,6 +40,22 @@ struct DesignAxis {
   std::vector<std::string> values;  ///< as the table shows them
 };
 
+/// Directions of the accuracy, in the order of all arrays of three.
+inline constexpr std::array<const char*, 3> kDesignDirections = {"along", "across", "up"};
+
+/// Table [law]: the accuracy as a power of what an axis sweeps, sigma = c x^p (design_law.h).
+struct DesignLaw {
+  enum class Part {
+    kPaths,  ///< what the paths add to the noise of a point's own looks
+    kAll,
+  };
+  std::size_t axis = 0;  ///< all its values have numbers above 0
+  Part part = Part::kPaths;
+  /// Exponents along, across and up that theory gives, by the values of the other axis (without
+  /// one: a single entry); NaN where it gives none.
+  std::vector<std::array<double, 3>> derived;
+};
+
 struct DesignStudy {
   StudyHeading heading;
   std::vector<DesignAxis> axes;  ///< one or two
@@ -45,6 +64,8 @@ struct DesignStudy {
   std::vector<std::vector<CaseChoice>> choices;
   std::vector<DesignGoal> goals;
   DesignPrices prices;
+  VerificationOptions verify;
+  std::optional<DesignLaw> law;
 };
 
 /// A design study as read, every case's scene and options made and checked.
@@ -75,8 +96,11 @@ struct DesignFile {
 
 /// One task a case: the scene's block as planned is predicted with Predict(). Along and across are
 /// by the track of the first pass that sees a point, level; points counted are those that are
-/// solved and not control. A block that cannot be made or determined gives a row with determined 0
-/// and the reason as message. `study` must outlive the plan.
+/// solved and not control. The part of the paths is what a covariance holds beyond that with paths
+/// known exactly (FixedPathCovariances); empty without corrections. Verified cases are drawn and
+/// adjusted (Verify), errors counted along, across and up. A block that cannot be made or
+/// determined gives a row with determined 0 and the reason as message. `study` must outlive the
+/// plan.
 [[nodiscard]] StudyPlan PlanDesign(const DesignStudy& study);
 
 /// The column by which accuracy is traded for cost and the matrix is shown: the first that is a
@@ -92,8 +116,12 @@ struct DesignFile {
 [[nodiscard]] std::vector<std::string> DesignTables(const DesignStudy& study,
                                                     const StudyTable& table);
 
+/// Index of each axis' choice in a case.
+[[nodiscard]] std::vector<std::size_t> DesignPlaces(const DesignStudy& study, std::size_t index);
+
 /// In sentences: how many cases reach all goals and the cheapest of them, or the nearest, with its
-/// numbers beside the goals; the case that is best; how many give no block.
+/// numbers beside the goals; the case that is best; how many give no block;
+/// whether drawn errors agree.
 [[nodiscard]] std::vector<std::string> DescribeDesign(const DesignStudy& study,
                                                       const StudyTable& table);
 

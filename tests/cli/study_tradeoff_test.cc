@@ -101,8 +101,8 @@ TEST_F(StudyTradeoffTest, ComparesEveryChoiceWithItsReference) {
               testing::IsSupersetOf({"tradeoff.csv",
                                      "tradeoff.md",
                                      "tradeoff.txt",
-                                     "tradeoff_model_error.svg",
-                                     "tradeoff_solver_time.svg"}));
+                                     "tradeoff_error.svg",
+                                     "tradeoff_time.svg"}));
 }
 
 TEST_F(StudyTradeoffTest, SaysWhichRowsASizeDoesWithoutAndWhy) {

@@ -159,5 +159,23 @@ TEST(HeatMapTest, ColoursFollowTheLogarithmAndCellsTheirLabels) {
   EXPECT_THROW(static_cast<void>(SvgOf(map)), std::logic_error);
 }
 
+// Hand arithmetic: a plot is 420 high; each column is as wide as its widest picture.
+TEST(PlotPanelTest, StandSideBySideInRows) {
+  Plot plot = OneSeries({{0.0, 1.0}, {1.0, 2.0}}, PlotMark::kLine);
+  HeatMap map;
+  map.rows = map.columns = {"a"};
+  map.values = {2.0};
+  const std::string svg = SvgOf({plot, map, map}, 2);
+  EXPECT_EQ(CountOf(svg, "xmlns"), 1U);
+  EXPECT_EQ(CountOf(svg, "</svg>"), 1U + 3U + 1U);  // document, pictures, the plot's frame
+  const std::string alone = SvgOf(plot);
+  const std::size_t at = alone.find("width=\"") + 7;
+  const std::string width = alone.substr(at, alone.find('"', at) - at);
+  EXPECT_THAT(svg, HasSubstr("<svg x=\"0\" y=\"0\" width=\"" + width + "\" height=\"420\">"));
+  EXPECT_THAT(svg, HasSubstr("<svg x=\"" + width + "\" y=\"0\""));
+  EXPECT_THAT(svg, HasSubstr("<svg x=\"0\" y=\"420\""));
+  EXPECT_THROW(static_cast<void>(SvgOf({plot}, 0)), std::logic_error);
+}
+
 }  // namespace
 }  // namespace sarblock

@@ -157,8 +157,10 @@ TEST(DensificationTest, PlacementRowsGoOnFromTheStartAndThreadsChangeNothing) {
   }
   const std::vector<std::string> words = DescribeDensification(file.study, table);
   ASSERT_EQ(words.size(), 3u);
-  EXPECT_THAT(words[0], HasSubstr("no layout of the study reaches sigma_u 0.001 m everywhere"));
-  EXPECT_THAT(words[1], HasSubstr("greedy mean-variance placement from no control at all: T"));
+  EXPECT_THAT(words[0],
+              HasSubstr("p: sigma_u 0.001 m everywhere is missed by all layouts; the nearest is "
+                        "without control: sigma_h "));
+  EXPECT_THAT(words[1], HasSubstr("greedy mean-variance placement from no control: T"));
   EXPECT_EQ(table.Text(5, "layout"), "exchange mean-variance");
   EXPECT_EQ(table.Number(5, "control_points"), 3.0);
   EXPECT_LE(table.Number(5, "criterion_m2"), table.Number(4, "criterion_m2") * (1.0 + 1e-9));
@@ -168,6 +170,34 @@ TEST(DensificationTest, PlacementRowsGoOnFromTheStartAndThreadsChangeNothing) {
                   : HasSubstr("; exchanging " + table.Text(5, "message") + " lowers"));
   const ThreadLimit one(1);
   EXPECT_EQ(RunStudy(plan).rows(), table.rows());
+}
+
+// Hand-made tables: what reads as success is one.
+TEST(DensificationTest, WordsSayWhatWasReachedAndWithoutAGoalWhatWasFound) {
+  const auto row = [](std::int64_t count, double h_m, double u_m) {
+    StudyRowMaker made(DensificationColumns());
+    return made.Set("layout", std::string(count == 0 ? "none" : "grid"))
+        .Set("control_points", count)
+        .Set("max_sigma_h_m", h_m)
+        .Set("max_sigma_u_m", u_m)
+        .Count("determined", 1)
+        .row();
+  };
+  const StudyTable table(DensificationColumns(), {row(0, 9.0, 80.0), row(4, 2.0, 7.0)});
+  DensificationStudy study;
+  EXPECT_THAT(DescribeDensification(study, table),
+              ::testing::ElementsAre("the worst point has without control: sigma_h 9 m, sigma_u 80 "
+                                     "m; best with 4 control points (grid): sigma_h 2 m, sigma_u 7 "
+                                     "m"));
+  study.goal.sigma_u_m = 100.0;
+  EXPECT_THAT(DescribeDensification(study, table),
+              ::testing::ElementsAre("sigma_u 100 m everywhere is reached without control: sigma_h "
+                                     "9 m, sigma_u 80 m"));
+  study.goal.sigma_u_m = 8.0;
+  EXPECT_THAT(DescribeDensification(study, table),
+              ::testing::ElementsAre("sigma_u 8 m everywhere is reached with 4 control points "
+                                     "(grid): sigma_h 2 m, sigma_u 7 m; no smaller layout of the "
+                                     "study does"));
 }
 
 TEST(DensificationTest, NavigationFollowsThePriorsAndTheSceneWhereThereAreNone) {

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "leberl/pair.h"
+#include "studies/design_law.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -110,6 +111,17 @@ TEST(DesignTest, ARowIsThePredictionOfItsBlock) {
     EXPECT_NEAR(table.Number(row, "max_sigma_across_m"), largest_m[1], 1e-12);
     EXPECT_NEAR(table.Number(row, "max_sigma_up_m"), largest_m[2], 1e-12);
     EXPECT_LT(table.Number(row, "median_sigma_up_m"), largest_m[2]);
+    // What the paths add: the variance that goes with the corrections.
+    options.corrections = CorrectionChoice::kNone;
+    options.groups.clear();
+    const AdjustResult known = Predict(planned.block, options, planned.truth.points_m);
+    double added_m = 0.0;
+    for (std::size_t j = 0; j < planned.block.points.size(); ++j) {
+      if (planned.block.points.role[j] == PointRole::kControl) continue;
+      added_m = std::max(
+          added_m, std::sqrt(result.points.covariance_m2[j][2] - known.points.covariance_m2[j][2]));
+    }
+    EXPECT_NEAR(table.Number(row, "max_path_sigma_up_m"), added_m, 1e-6 * added_m);
     EXPECT_EQ(table.Number(row, "points"), static_cast<double>(points));
     EXPECT_EQ(table.Number(row, "redundancy"), result.redundancy());
     EXPECT_EQ(table.Number(row, "number_1"), of.scene.looks.range_sigma_m);
@@ -177,6 +189,120 @@ TEST(DesignTest, ACaseThatGivesNoBlockIsARowWithItsReason) {
   EXPECT_EQ(table.Number(1, "determined"), 0.0);
   EXPECT_THAT(table.Text(1, "message"), HasSubstr("no point lies in any swath"));
   EXPECT_THAT(DescribeDesign(file.study, table).back(), HasSubstr("1 of 2 cases give no block"));
+}
+
+// Hand arithmetic: logarithms -1, 0, 1 against 1, 0.3, 2 have the slope 1/2 and the squares of
+// residuals 0.96, so the slope's error is sqrt(0.96 / 2).
+TEST(PowerLawTest, IsTheLineThroughTheLogarithms) {
+  const double e = std::exp(1.0);
+  const PowerLaw law =
+      FitPowerLaw({{1.0 / e, e}, {1.0, std::exp(0.3)}, {kNotGiven, 2.0}, {2.0, 0.0}, {e, e * e}});
+  EXPECT_EQ(law.values, 3U);
+  EXPECT_NEAR(law.exponent, 0.5, 1e-14);
+  EXPECT_NEAR(law.factor, std::exp(1.1), 1e-13);
+  EXPECT_NEAR(law.exponent_sigma, std::sqrt(0.48), 1e-14);
+  EXPECT_NEAR(law.last_exponent, 1.7, 1e-14);
+  EXPECT_TRUE(std::isnan(FitPowerLaw({{1.0, 2.0}, {2.0, 3.0}}).exponent_sigma));
+  EXPECT_TRUE(std::isnan(FitPowerLaw({{3.0, 2.0}, {3.0, 4.0}}).exponent));
+  EXPECT_TRUE(std::isnan(FitPowerLaw({}).exponent));
+}
+
+constexpr char kLawAxes[] =
+    "[[axis]]\nname = \"range noise\"\nkey = \"looks.range_sigma_m\"\nvalues = [0.5, 1.0, 2.0]\n"
+    "[[axis]]\nname = \"paths\"\n[[axis.case]]\nname = \"a\"\nnumber = 3\n"
+    "[[axis.case]]\nname = \"b\"\n";
+
+TEST(DesignLawTest, LawsOfATableAreThoseItWasMadeWith) {
+  const DesignFile file =
+      ReadDesignText(std::string(kLawAxes) +
+                     "[law]\naxis = \"range noise\"\n[[law.derived]]\ncase = \"b\"\nup = 1.5\n");
+  EXPECT_EQ(file.study.choices[1][0].number, 3.0);
+  std::vector<StudyRow> rows;
+  for (const double noise : {0.5, 1.0, 2.0}) {
+    for (const double power : {0.25, 1.5}) {
+      StudyRowMaker row(DesignColumns());
+      row.Set("max_path_sigma_up_m", 7.0 * std::pow(noise, power)).Count("determined", 1);
+      rows.push_back(row.row());
+    }
+  }
+  const std::vector<FittedLaw> laws = FitLaws(file.study, StudyTable(DesignColumns(), rows));
+  ASSERT_EQ(laws.size(), 12U);  // worst and median of three directions of two cases
+  EXPECT_EQ(laws[2].value, "a");
+  EXPECT_NEAR(laws[2].law.exponent, 0.25, 1e-12);
+  EXPECT_TRUE(std::isnan(laws[2].derived));
+  EXPECT_EQ(laws[5].value, "b");
+  EXPECT_NEAR(laws[5].law.exponent, 1.5, 1e-12);
+  EXPECT_NEAR(laws[5].law.factor, 7.0, 1e-12);
+  EXPECT_EQ(laws[5].derived, 1.5);
+  EXPECT_TRUE(std::isnan(laws[0].law.exponent));  // nothing along
+  const std::vector<std::string> lines = LawLines(file.study, laws);
+  ASSERT_EQ(lines.size(), 8U);
+  EXPECT_EQ(lines.back(), "       up       1.50 +- 0.00        1.50     1.50");
+  EXPECT_EQ(LawTable(file.study, laws).Number(5, "exponent"), laws[5].law.exponent);
+}
+
+TEST(DesignLawTest, RefusesAnAxisWithoutNumbersAndCasesThatAreNone) {
+  EXPECT_THAT(
+      DesignRefusal(std::string(kLawAxes) + "[law]\naxis = \"paths\"\n"),
+      HasSubstr("law.axis: 'paths' has a value that is no number above 0, 'b'; a case of an "
+                "axis takes 'number'"));
+  EXPECT_THAT(DesignRefusal(std::string(kLawAxes) + "[law]\n"),
+              HasSubstr("law.axis: must be one of 'range noise', 'paths', got ''"));
+  EXPECT_THAT(DesignRefusal(std::string(kLawAxes) +
+                            "[law]\naxis = \"range noise\"\n[[law.derived]]\ncase = \"c\"\n"),
+              HasSubstr("law.derived.0.case: must be one of 'a', 'b', got 'c'"));
+  EXPECT_THAT(DesignRefusal(std::string(kLawAxes) + "[law]\naxis = \"range noise\"\npower = 1\n"),
+              HasSubstr("law.power: the key is not known"));
+}
+
+// Theory: docs/theory/growth.md, eq. (5). Control at one end, flat ground, ties alone.
+TEST(DesignLawTest, ErrorsOfAnOpenChainGrowAsDerived) {
+  std::string text = "[[axis]]\nname = \"strips\"\n";
+  for (const int strips : {12, 17, 24}) {
+    const std::string n = std::to_string(strips);
+    text += "[[axis.case]]\nname = \"" + n + "\"\nnumber = " + n +
+            "\nset = [\"flight.0.count=" + n + "\", \"points.count=" + std::to_string(60 * strips) +
+            "\", \"points.north_m=[16000, " + std::to_string(4800 * strips + 17000) + "]\"]\n";
+  }
+  const DesignFile file = ReadDesignText(
+      text + "[law]\n",
+      "format = \"sarblock-study 1\"\nstudy = \"design\"\nscene = \"block-12-strips\"\n"
+      "flights = [\"S\"]\nset = [\"check.count=0\", \"terrain.relief_m=0\", "
+      "\"looks.range_sigma_m=1e-4\", \"looks.azimuth_sigma_m=1e-4\", "
+      "\"control.sigma_m=[1e-4, 1e-4, 1e-4]\", \"control.layout=places\", \"control.count=8\", "
+      "\"control.places_m=[[2000, 14500], [58000, 14500], [2000, 18500], [58000, 18500], "
+      "[2000, 21500], [58000, 21500], [2000, 24000], [58000, 24000]]\", "
+      "\"adjust.correction.position={ degree = 0, sigma_m = [100, 100, 100] }\"]\n");
+  const std::vector<FittedLaw> laws = FitLaws(file.study, RunStudy(PlanDesign(file.study)));
+  // Along the variance of the last strip begins with that of its control: it grows by steps.
+  const auto square_m2 = [&](std::size_t i) { return laws[0].values[i][1] * laws[0].values[i][1]; };
+  EXPECT_NEAR((square_m2(2) - square_m2(1)) / (square_m2(1) - square_m2(0)), 7.0 / 5.0, 0.3);
+  EXPECT_NEAR(laws[1].law.exponent, 1.5, 0.25);
+  EXPECT_NEAR(laws[2].law.exponent, 2.5, 0.25);
+}
+
+// Flights at 30 degrees: errors are counted along the track, not east.
+TEST(DesignTest, DrawnErrorsAreThosePredictedAlongAcrossAndUp) {
+  const DesignFile file = ReadDesignText(
+      "[[axis]]\nkey = \"looks.azimuth_sigma_m\"\nvalues = [0.05, 40.0]\n[verify]\nruns = 24\n",
+      "format = \"sarblock-study 1\"\nstudy = \"design\"\nscene = \"block-12-strips\"\n"
+      "flights = [\"S\"]\nset = [\"flight.0.count=3\", \"flight.0.heading_deg=60\", "
+      "\"points.count=40\", \"points.east_m=[10000, 22000]\", \"points.north_m=[30000, 40000]\", "
+      "\"check.count=0\"]\n");
+  const StudyTable table = RunStudy(PlanDesign(file.study));
+  for (std::size_t row = 0; row < table.size(); ++row) {
+    EXPECT_EQ(table.Number(row, "agrees"), 1.0) << table.Text(row, "message");
+    for (const std::string axis : {"along", "across", "up"}) {
+      // 24 runs of errors that points largely share: 15 percent each.
+      EXPECT_NEAR(table.Number(row, "montecarlo_rms_" + axis + "_m") /
+                      table.Number(row, "rms_sigma_" + axis + "_m"),
+                  1.0,
+                  0.4)
+          << axis;
+    }
+  }
+  EXPECT_GT(table.Number(1, "rms_sigma_along_m"), 2.5 * table.Number(1, "rms_sigma_across_m"));
+  EXPECT_THAT(DescribeDesign(file.study, table).back(), HasSubstr("in 2 of 2 verified rows"));
 }
 
 // The second route to a pair from orbit: a block with that geometry, paths known, no control. Its
