@@ -34,6 +34,9 @@ constexpr std::array kGoalColumns = {"median_sigma_along_m",
                                      "max_sigma_along_m",
                                      "max_sigma_across_m",
                                      "max_sigma_up_m",
+                                     "difference_sigma_along_m",
+                                     "difference_sigma_across_m",
+                                     "difference_sigma_up_m",
                                      "cost"};
 
 DesignPrices ReadPrices(SceneTable& table) {
@@ -93,13 +96,17 @@ DesignLaw ReadLaw(SceneTable& table, const DesignStudy& study) {
   return law;
 }
 
-std::vector<DesignGoal> ReadGoals(SceneTable& table) {
-  std::vector<DesignGoal> goals;
+void ReadGoals(SceneTable& table, DesignStudy* study) {
+  if (const auto taken = table.Take("difference_m")) study->difference_m = taken->Positive();
   for (const char* column : kGoalColumns) {
-    if (const auto taken = table.Take(column)) goals.push_back({column, taken->Positive()});
+    const auto taken = table.Take(column);
+    if (!taken) continue;
+    if (std::string_view(column).starts_with("difference") && std::isnan(study->difference_m)) {
+      taken->Fail("needs difference_m, the distance of the points");
+    }
+    study->goals.push_back({column, taken->Positive()});
   }
   table.Finish();
-  return goals;
 }
 
 }  // namespace
@@ -131,7 +138,7 @@ DesignFile ParseDesign(std::string_view text,
     for (const CaseChoice& choice : axis.choices) made.values.push_back(choice.value);
     study.choices.push_back(axis.choices);
   }
-  if (auto goal = table.Table("goal")) study.goals = ReadGoals(*goal);
+  if (auto goal = table.Table("goal")) ReadGoals(*goal, &study);
   if (auto cost = table.Table("cost")) study.prices = ReadPrices(*cost);
   if (auto verify = table.Table("verify")) study.verify = ReadVerification(*verify);
   if (auto law = table.Table("law")) study.law = ReadLaw(*law, study);
@@ -154,6 +161,7 @@ DesignFile ReadDesign(const std::filesystem::path& path,
 
 std::vector<std::string> DesignKeys() {
   std::vector<std::string> keys = {"name", "purpose", "seed", "scene", "flights", "set"};
+  keys.emplace_back("goal.difference_m");
   for (const char* column : kGoalColumns) keys.push_back(std::string("goal.") + column);
   for (const char* key : {"currency", "pass", "kilometre", "control_point"}) {
     keys.push_back(std::string("cost.") + key);
@@ -210,7 +218,11 @@ const std::vector<StudyColumn>& DesignColumns() {
                                                    {"nees_lower"},
                                                    {"nees_upper"},
                                                    {"runs", Cell::kInteger},
-                                                   {"agrees", Cell::kInteger}};
+                                                   {"agrees", Cell::kInteger},
+                                                   {"difference_m"},
+                                                   {"difference_sigma_along_m"},
+                                                   {"difference_sigma_across_m"},
+                                                   {"difference_sigma_up_m"}};
   return columns;
 }
 
@@ -297,6 +309,38 @@ void SetSigmas(const SimulatedBlock& planned, const AdjustResult& predicted, Stu
   }
 }
 
+/// Of differences about as far apart as asked, the worse of pairs along and across the track.
+void SetDifferences(const std::vector<DifferenceClass>& differences,
+                    double distance_m,
+                    StudyRowMaker* row) {
+  std::array<double, 4> worst{};  // distance, along, across, up
+  for (const bool along : {true, false}) {
+    const DifferenceClass* nearest = nullptr;
+    const auto off = [&](const DifferenceClass& of) {
+      return std::abs(std::log(of.distance_m / distance_m));
+    };
+    for (const DifferenceClass& of : differences) {
+      if (of.along != along || (nearest != nullptr && off(of) >= off(*nearest))) continue;
+      nearest = &of;
+    }
+    if (nearest == nullptr || off(*nearest) > std::log(2.0)) continue;
+    worst = {std::max(worst[0], nearest->distance_m),
+             std::max(worst[1], nearest->sigma_along_m),
+             std::max(worst[2], nearest->sigma_across_m),
+             std::max(worst[3], nearest->sigma_up_m)};
+  }
+  if (worst[0] == 0.0) {
+    throw InputError("goal.difference_m",
+                     fmt::format("no points of the block are about {:g} m apart, a distance within "
+                                 "it is allowed",
+                                 distance_m));
+  }
+  row->Set("difference_m", worst[0])
+      .Set("difference_sigma_along_m", worst[1])
+      .Set("difference_sigma_across_m", worst[2])
+      .Set("difference_sigma_up_m", worst[3]);
+}
+
 /// Draws the case and compares errors along, across and up.
 Verification VerifyDesign(const DesignStudy& study,
                           std::size_t index,
@@ -364,11 +408,15 @@ std::vector<StudyRow> ComputeDesign(const DesignStudy& study,
   AdjustOptions options = of.adjust;
   options.threads = AvailableCores();  // all that the caller may use
   options.covariance = CovarianceLevel::kBlock;
+  if (!std::isnan(study.difference_m)) options.pairs = PairChoice::kDistances;
   try {
     const SimulatedBlock planned = PlannedBlock(of.scene);
     SetCost(study.prices, planned.block, &row);
     const AdjustResult predicted = Predict(planned.block, options, planned.truth.points_m);
     SetSigmas(planned, predicted, &row);
+    if (!std::isnan(study.difference_m)) {
+      SetDifferences(predicted.assessment.differences, study.difference_m, &row);
+    }
     row.Set("redundancy", predicted.redundancy()).Count("determined", 1);
     if (study.verify.Covers(index)) {
       SetVerification(VerifyDesign(study, index, planned, options, predicted, progress),
@@ -454,6 +502,7 @@ std::string PhraseOf(const std::string& column) {
   const bool median = column.starts_with("median_");
   const std::size_t begin = column.find("sigma_") + 6;
   const std::string axis = column.substr(begin, column.size() - begin - 2);
+  if (column.starts_with("difference_")) return "difference " + axis;
   return (median ? "median " : "worst point ") + axis;
 }
 

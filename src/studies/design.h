@@ -28,7 +28,8 @@ struct DesignPrices {
   [[nodiscard]] bool Given() const { return pass > 0.0 || kilometre > 0.0 || control_point > 0.0; }
 };
 
-/// At most this value of a column of the table: a median or largest sigma, or the cost.
+/// At most this value of a column of the table: a median or largest sigma, that of a difference, or
+/// the cost.
 struct DesignGoal {
   std::string column;
   double limit = 0.0;
@@ -63,6 +64,7 @@ struct DesignStudy {
   std::vector<StudyCase> cases;
   std::vector<std::vector<CaseChoice>> choices;
   std::vector<DesignGoal> goals;
+  double difference_m = kNotGiven;  ///< distance over which differences are predicted
   DesignPrices prices;
   VerificationOptions verify;
   std::optional<DesignLaw> law;

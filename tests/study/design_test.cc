@@ -82,6 +82,8 @@ TEST(DesignTest, RefusesWhatIsWrongWithItsPlace) {
               HasSubstr("d.toml:13: goal.max_sigma_u_m: the key is not known"));
   EXPECT_THAT(DesignRefusal(std::string(kTwoAxes) + "[goal]\ncost = 1\n"),
               HasSubstr("goal.cost: needs prices: a table [cost]"));
+  EXPECT_THAT(DesignRefusal(std::string(kTwoAxes) + "[goal]\ndifference_sigma_up_m = 1\n"),
+              HasSubstr("goal.difference_sigma_up_m: needs difference_m"));
   EXPECT_THAT(DesignRefusal(std::string(kTwoAxes) + "[cost]\nmile = 1\n"),
               HasSubstr("cost.mile: the key is not known"));
 }
@@ -178,6 +180,39 @@ TEST(DesignTest, AMissNeverReadsAsTheGoal) {
   const StudyTable table(DesignColumns(), std::vector<StudyRow>(4, row.row()));
   EXPECT_THAT(DescribeDesign(file.study, table),
               Contains(HasSubstr("worst point up 20.0001 m, goal 20 m: missed")));
+}
+
+// Second route: all pairs about as far apart, in place of a sample of them.
+TEST(DesignTest, DifferencesAreThoseOfPairsAsFarApartAsAsked) {
+  const std::string scene =
+      "format = \"sarblock-study 1\"\nstudy = \"design\"\n"
+      "scene = \"leberl-aircraft\"\n"
+      "set = [\"points.count=90\", \"check.count=0\"]\n";
+  const DesignFile file = ReadDesignText(
+      "[[axis]]\nkey = \"looks.range_sigma_m\"\nvalues = [1, 2]\n"
+      "[goal]\ndifference_m = 4000\ndifference_sigma_up_m = 1\n",
+      scene);
+  const StudyTable table = RunStudy(PlanDesign(file.study));
+  const double distance_m = table.Number(0, "difference_m");
+  EXPECT_GT(distance_m, 2000.0);
+  EXPECT_LT(distance_m, 8000.0);
+  EXPECT_EQ(table.Number(0, "reached"), 0.0);
+  EXPECT_THAT(DescribeDesign(file.study, table).front(), HasSubstr("difference up"));
+  const StudyCase& of = file.study.cases.front();
+  const SimulatedBlock planned = PlannedBlock(of.scene);
+  AdjustOptions options = of.adjust;
+  options.pairs = PairChoice::kAll;
+  const AdjustResult all = Predict(planned.block, options, planned.truth.points_m);
+  std::array<std::vector<double>, 2> up_m;
+  for (const PairResult& pair : all.pairs) {
+    const Eigen::Vector2d level = pair.difference_enu_m.head<2>();
+    if (std::abs(std::log2(level.norm() / distance_m)) > 0.5) continue;
+    const double part = std::abs(level.x()) / level.norm();  // tracks are along x
+    if (part > std::cos(0.349)) up_m[0].push_back(std::sqrt(pair.covariance_m2[2]));
+    if (part < std::sin(0.349)) up_m[1].push_back(std::sqrt(pair.covariance_m2[2]));
+  }
+  const double expected_m = std::max(Median(up_m[0]), Median(up_m[1]));
+  EXPECT_NEAR(table.Number(0, "difference_sigma_up_m"), expected_m, 0.25 * expected_m);
 }
 
 TEST(DesignTest, ACaseThatGivesNoBlockIsARowWithItsReason) {
