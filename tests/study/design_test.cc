@@ -3,9 +3,11 @@
 
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
+#include "sarblock/core/statistics.h"
 #include "sarblock/simulate/simulate.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
 #include <iterator>
