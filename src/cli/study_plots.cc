@@ -269,7 +269,7 @@ std::vector<StudyFile> PlotsOf(const DensificationStudy& /*study*/, const StudyT
   if (auto verified = PlotVerified(table, "densification")) {
     relative.emplace_back(*std::move(verified));
   }
-  return {{"densification_worst.svg", SvgOf(worst, 2)},
+  return {{"densification_worst.svg", SvgOf(worst, 1)},
           {"densification_relative.svg", SvgOf(relative, 1)}};
 }
 

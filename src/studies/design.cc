@@ -17,7 +17,6 @@
 #include "core/text.h"
 #include "core/threads.h"
 #include "densification.h"
-#include "design_law.h"
 #include <fmt/core.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -166,9 +165,11 @@ std::vector<std::string> DesignKeys() {
   for (const char* key : {"currency", "pass", "kilometre", "control_point"}) {
     keys.push_back(std::string("cost.") + key);
   }
-  for (const char* key : {"runs", "every", "level", "navigation"}) {
-    keys.push_back(std::string("verify.") + key);
-  }
+  // The reader is asked on an empty table: it asks for every key it knows.
+  const toml::table empty;
+  SceneTable verify{TomlTable(empty, "verify")};
+  static_cast<void>(ReadVerification(verify));
+  for (const std::string& key : verify.known()) keys.push_back("verify." + key);
   for (const char* key : {"axis", "part"}) keys.push_back(std::string("law.") + key);
   return keys;
 }

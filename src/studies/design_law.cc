@@ -153,19 +153,18 @@ std::vector<std::string> DescribeLaws(const DesignStudy& study,
   std::vector<std::string> words;
   for (std::size_t i = 0; i + 2 < laws.size(); i += 3) {
     if (!laws[i].column.starts_with("max_")) continue;
-    std::string text = fmt::format("{}{}{} at the worst point goes with {} to the power of",
-                                   laws[i].value,
-                                   laws[i].value.empty() ? "" : ": ",
-                                   QuantityOf(*study.law),
-                                   study.axes[study.law->axis].name);
+    std::string found, derived;
     for (std::size_t axis = 0; axis < kDesignDirections.size(); ++axis) {
       const FittedLaw& fitted = laws[i + axis];
-      text += fmt::format("{} {} {}",
-                          axis == 0 ? "" : ",",
-                          ExponentText(fitted.law.exponent),
-                          kDesignDirections[axis]);
-      if (!std::isnan(fitted.derived)) text += fmt::format(" (derived {:.2f})", fitted.derived);
+      found += fmt::format("{}^{} {}",
+                           axis == 0 ? study.axes[study.law->axis].name : ", ",
+                           ExponentText(fitted.law.exponent),
+                           kDesignDirections[axis]);
+      derived += (axis == 0 ? "" : ", ") + ExponentText(fitted.derived);
     }
+    std::string text = laws[i].value + (laws[i].value.empty() ? "" : ": ");
+    text += fmt::format("the worst point goes as {}", found);
+    if (derived != "-, -, -") text += fmt::format(" (derived {})", derived);
     words.push_back(std::move(text));
   }
   return words;

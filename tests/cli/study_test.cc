@@ -47,8 +47,9 @@ TEST_F(StudyCommandTest, WritesTableWordsAndPlotsAndResumesThem) {
   const nlohmann::json summary = nlohmann::json::parse(first.out);
   EXPECT_EQ(summary["rows"], 3);
   EXPECT_EQ(summary["tasks_kept"], 0);
-  EXPECT_THAT(std::string(summary["words"][0]),
-              HasSubstr("3 control points (perimeter) reach sigma_u 100 m everywhere"));
+  EXPECT_THAT(
+      std::string(summary["words"][0]),
+      HasSubstr("sigma_u 100 m everywhere is reached with 3 control points (perimeter): sigma_h "));
   for (const std::string name : summary["files"]) {
     EXPECT_FALSE(Content(folder_ / "a" / name).empty()) << name;
   }

@@ -275,6 +275,10 @@ TEST(DesignLawTest, LawsOfATableAreThoseItWasMadeWith) {
   const std::vector<std::string> lines = LawLines(file.study, laws);
   ASSERT_EQ(lines.size(), 8U);
   EXPECT_EQ(lines.back(), "       up       1.50 +- 0.00        1.50     1.50");
+  EXPECT_THAT(DescribeLaws(file.study, laws),
+              ElementsAre("a: the worst point goes as range noise^- along, ^- across, ^0.25 up",
+                          "b: the worst point goes as range noise^- along, ^- across, ^1.50 up "
+                          "(derived -, -, 1.50)"));
   EXPECT_EQ(LawTable(file.study, laws).Number(5, "exponent"), laws[5].law.exponent);
 }
 
