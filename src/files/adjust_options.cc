@@ -460,8 +460,7 @@ AdjustTable ReadAdjust(const TomlTable& block_toml, const std::vector<std::strin
   if (reading.options.corrections == CorrectionChoice::kAuto) {
     for (const CorrectionGroup& group : reading.options.groups) {
       if (!HasProcess(group)) continue;
-      const TomlTable tables(*table.Find("correction"));
-      TomlTable(*tables.Find(group.name)).Find("process")->Fail(kNoAutomaticPriors);
+      table.Find("correction")->Fail("the process of '" + group.name + "' " + kNoAutomaticPriors);
     }
   }
   if (const auto prior = table.Find("prior")) {

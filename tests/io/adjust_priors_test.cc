@@ -6,6 +6,7 @@
 #include "sarblock/files/scene_file.h"
 
 #include <string>
+#include <variant>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -62,6 +63,49 @@ TEST(AdjustPriorsTest, ReadsStandardDeviationsWithCorrelations) {
   const std::string dump = files::DumpAdjustTable(options);
   EXPECT_THAT(dump, HasSubstr("[adjust.prior.\"a b\"]\n"));
   EXPECT_EQ(files::DumpAdjustTable(Read(dump)), dump);
+}
+
+const std::string kSpline =
+    "[adjust.correction.position]\nbasis = \"spline\"\nknot_spacing_s = 20\n";
+
+TEST(AdjustPriorsTest, ReadsAProcessAndWritesItBack) {
+  for (const std::string process :
+       {"process = \"random-walk\"\nsigma_m = [20, \"none\", 15]\nstart_sigma_m = [5, 4, 3]\n",
+        "process = \"random-walk\"\ncomponents = [\"up\"]\nsigma_m = 20\nstart_sigma_m = 5\n",
+        "process = \"gauss-markov\"\nsigma_m = 20\ncorrelation_time_s = 90\n"}) {
+    const AdjustOptions options = Read(kSpline + process);
+    const auto& position = std::get<PositionCorrection>(options.groups.at(0).model);
+    const bool walk = position.process == PositionCorrection::Process::kRandomWalk;
+    EXPECT_EQ(walk, process.find("walk") != std::string::npos);
+    if (!walk) EXPECT_EQ(position.correlation_time_s, 90.0);
+    if (walk) EXPECT_EQ(position.start_sigma_m[2], position.components[0] ? 3.0 : 5.0);
+    const std::string dump = files::DumpAdjustTable(options);
+    EXPECT_THAT(dump, HasSubstr(walk ? "random-walk" : "gauss-markov"));
+    EXPECT_EQ(files::DumpAdjustTable(Read(dump)), dump);
+  }
+}
+
+TEST(AdjustPriorsTest, RefusesWhatIsNoProcess) {
+  const std::string walk = "process = \"random-walk\"\nsigma_m = 20\n";
+  const std::string markov = "process = \"gauss-markov\"\nsigma_m = 20\n";
+  EXPECT_THAT(PriorErrorOf(kSpline + walk), HasSubstr("start_sigma_m"));
+  EXPECT_THAT(PriorErrorOf(kSpline + markov), HasSubstr("correlation_time_s"));
+  EXPECT_THAT(PriorErrorOf(kSpline + "process = \"gauss-markov\"\n"),
+              HasSubstr("block.toml:4: adjust.correction.position.process: needs sigma_m"));
+  EXPECT_THAT(PriorErrorOf(kSpline + "start_sigma_m = 3\n"),
+              HasSubstr("belongs to process = \"random-walk\""));
+  EXPECT_THAT(PriorErrorOf(kSpline + "correlation_time_s = 3\n"),
+              HasSubstr("belongs to process = \"gauss-markov\""));
+  EXPECT_THAT(PriorErrorOf("[adjust.correction.position]\ndegree = 1\n" + walk),
+              HasSubstr("basis = \"spline\" is needed"));
+  // Several tables of a kind have numbers, not keys.
+  const std::string shared =
+      "[[adjust.correction.position]]\nshared = true\n[[adjust.correction.position]]\nbasis = "
+      "\"spline\"\nknot_spacing_s = 20\ncorrelation_time_s = 9\n" +
+      markov;
+  EXPECT_EQ(PriorErrorOf(shared), "");
+  EXPECT_THAT(PriorErrorOf("[adjust]\ncorrections = \"auto\"\n" + shared),
+              HasSubstr("the process of 'position.2' stands beside corrections = \"auto\""));
 }
 
 TEST(AdjustPriorsTest, AKeyCanBeSet) {
