@@ -223,7 +223,7 @@ TEST(PriorCostTest, DividesTheParametersThatHaveAPriorByIt) {
   position.components = {true, false, true};
   position.prior_sigma_m[2] = {2.5, 0.8};
   const ParameterLayout layout = MakeParameterLayout(known.block, {{"p", position, {"A2"}, false}});
-  const CostPointer made = std::move(PriorCostOf(layout, 0).cost);
+  const CostPointer made = PriorCostOf(layout, 0).cost;
   const ceres::CostFunction& cost = *made;
   ASSERT_EQ(cost.num_residuals(), 2);
   ASSERT_EQ(cost.parameter_block_sizes(), std::vector<int>{4});
