@@ -3,7 +3,6 @@
 
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
-#include "sarblock/core/statistics.h"
 #include "sarblock/model/result.h"
 #include "sarblock/simulate/simulate.h"
 
@@ -11,15 +10,12 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
-#include <map>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include "core/threads.h"
 #include "placement.h"
 #include "quality/point_sweep.h"
-#include <Eigen/Cholesky>
 
 namespace sarblock {
 

@@ -1,22 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "sarblock/block/block.h"
-#include "sarblock/core/progress.h"
-#include "sarblock/core/statistics.h"
-#include "sarblock/model/options.h"
 #include "sarblock/model/result.h"
-#include "sarblock/simulate/scene.h"
-#include "sarblock/simulate/simulate.h"
 
 #include <array>
 #include <cstddef>
-#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "cases.h"

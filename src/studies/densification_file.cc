@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/error.h"
-#include "sarblock/files/block_file.h"
-#include "sarblock/files/scene_file.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <iterator>
 #include <optional>
 #include <set>
 #include <string>

@@ -3,7 +3,6 @@
 
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
-#include "sarblock/files/scene_file.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,6 +13,7 @@
 
 #include "core/threads.h"
 #include "model/priors.h"
+#include "placement.h"
 #include "quality/point_sweep.h"
 #include <Eigen/Cholesky>
 #include <fmt/core.h>
