@@ -77,8 +77,11 @@ TEST(AdjustPriorsTest, ReadsAProcessAndWritesItBack) {
     const auto& position = std::get<PositionCorrection>(options.groups.at(0).model);
     const bool walk = position.process == PositionCorrection::Process::kRandomWalk;
     EXPECT_EQ(walk, process.find("walk") != std::string::npos);
-    if (!walk) EXPECT_EQ(position.correlation_time_s, 90.0);
-    if (walk) EXPECT_EQ(position.start_sigma_m[2], position.components[0] ? 3.0 : 5.0);
+    if (walk) {
+      EXPECT_EQ(position.start_sigma_m[2], position.components[0] ? 3.0 : 5.0);
+    } else {
+      EXPECT_EQ(position.correlation_time_s, 90.0);
+    }
     const std::string dump = files::DumpAdjustTable(options);
     EXPECT_THAT(dump, HasSubstr(walk ? "random-walk" : "gauss-markov"));
     EXPECT_EQ(files::DumpAdjustTable(Read(dump)), dump);

@@ -14,10 +14,8 @@
 namespace sarblock {
 namespace {
 
-constexpr double kLevel = 0.999;
-
-bool Follows(const test::SquareSum& sum) {
-  return ChiSquareInterval(kLevel, sum.degrees).Contains(sum.value);
+bool FollowsProcess(const test::SquareSum& sum) {
+  return ChiSquareInterval(0.999, sum.degrees).Contains(sum.value);
 }
 
 /// Twelve strips held by four corners, knots 60 s apart. `process` are the further keys of the
@@ -54,7 +52,7 @@ TEST(ProcessPriorStatisticsTest, NormalisedErrorsFollowChiSquareWithTheProcess) 
                 sums.corrections.mean(),
                 sums.residuals.mean());
     for (const test::SquareSum& sum : {sums.point, sums.pair, sums.corrections, sums.residuals}) {
-      EXPECT_TRUE(Follows(sum)) << sum.mean() << " of " << sum.degrees;
+      EXPECT_TRUE(FollowsProcess(sum)) << sum.mean() << " of " << sum.degrees;
     }
   }
 }
@@ -64,7 +62,7 @@ TEST(ProcessPriorStatisticsTest, WithIndependentCoefficientsTheyDoNot) {
   const test::SceneStatistics sums = test::RunDraws(
       StripsWith(kMarkov, kMarkovScene, true), std::max<std::size_t>(test::DrawsAsked(), 20), 9300);
   std::printf("points %.3f\n", sums.point.mean());
-  EXPECT_FALSE(Follows(sums.point)) << sums.point.mean();
+  EXPECT_FALSE(FollowsProcess(sums.point)) << sums.point.mean();
 }
 
 }  // namespace
