@@ -20,6 +20,7 @@
 #include "program.h"
 #include "session.h"
 #include "simulate/image_sigma.h"
+#include "simulate/scene.h"
 #include "terminal.h"
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>

@@ -75,31 +75,4 @@ LookSigma SigmaOfPass(const SceneLooks& looks) {
   return out;
 }
 
-std::optional<SceneProblem> FindImageProblem(const SceneImage& image) {
-  const auto positive = [](double value) { return value > 0.0 && std::isfinite(value); };
-  if (!positive(image.bandwidth_hz)) return {{"bandwidth_mhz", "must be given and positive"}};
-  if (!positive(image.azimuth_resolution_m)) {
-    return {{"azimuth_resolution_m", "must be given and positive"}};
-  }
-  if (!(std::abs(image.snr_db) <= 100.0)) {
-    return {{"snr_db", "must be given, from -100 to 100"}};
-  }
-  if (!(image.snr_incidence_rad > 0.0 && image.snr_incidence_rad < 0.5 * std::numbers::pi)) {
-    return {{"snr_incidence_deg", "must be above 0 and below 90"}};
-  }
-  if (!(image.backscatter_exponent >= 0.0 && image.backscatter_exponent <= 100.0)) {
-    return {{"backscatter_exponent", "must be from 0 to 100"}};
-  }
-  if (!std::isnan(image.window_m) && !positive(image.window_m)) {
-    return {{"window_m", "must be positive; left out for reflectors"}};
-  }
-  if (!(image.correlation > 0.0 && image.correlation < 1.0)) {
-    return {{"correlation", "must be above 0 and below 1"}};
-  }
-  if (!(image.slope_rms >= 0.0 && std::isfinite(image.slope_rms))) {
-    return {{"slope_rms", "must be zero or positive"}};
-  }
-  return std::nullopt;
-}
-
 }  // namespace sarblock

@@ -5,8 +5,6 @@
 #include "sarblock/geometry/frame.h"
 #include "sarblock/simulate/scene.h"
 
-#include <optional>
-
 #include <Eigen/Core>
 
 namespace sarblock {
@@ -40,8 +38,5 @@ struct ImageSigma {
 /// What the passes of a scene carry for looks that give no standard deviations: of a scene's images
 /// those of level ground at snr_incidence_rad, matched with an image that sees it alike.
 [[nodiscard]] LookSigma SigmaOfPass(const SceneLooks& looks);
-
-/// The key and problem of an image that no scene can have, the key counting from its table.
-[[nodiscard]] std::optional<SceneProblem> FindImageProblem(const SceneImage& image);
 
 }  // namespace sarblock

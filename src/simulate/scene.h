@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sarblock/model/options.h"
+#include "sarblock/simulate/scene.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -32,6 +33,9 @@ struct JointErrorProblem {
 };
 [[nodiscard]] std::optional<JointErrorProblem> FindJointProblem(
     const std::vector<JointPrior>& joint, const std::vector<std::string>& passes);
+
+/// The key and problem of an image that no scene can have, the key counting from its table.
+[[nodiscard]] std::optional<SceneProblem> FindImageProblem(const SceneImage& image);
 
 /// Standard deviations of the joint errors, summed over priors and axes.
 struct JointSigmas {
