@@ -13,6 +13,7 @@
 #include <charconv>
 #include <cstdlib>
 #include <filesystem>
+#include <string>
 #include <string_view>
 #include <utility>
 
@@ -36,6 +37,10 @@ double TrueValue(const PassError& error, const std::string& parameter) {
   constexpr std::array<std::string_view, 3> kAxes = {"along", "across", "up"};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::string stem = "position." + std::string(kAxes[axis]);
+    if (!error.spline_m[axis].empty() && parameter.starts_with(stem + ".")) {
+      const std::size_t coefficient = std::stoul(parameter.substr(stem.size() + 1));
+      return error.constant_m[axis] + error.spline_m[axis].at(coefficient);  // they sum to one
+    }
     if (parameter == stem + ".0") return error.constant_m[axis];
     if (parameter == stem + ".1") return error.drift_m[axis];
   }
