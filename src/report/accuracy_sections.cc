@@ -343,9 +343,6 @@ PageSection TestSection(const ResultFolder& result) {
 
 PageSection KnownPointsSection(const ResultFolder& result) {
   PageSection section{"known", "Control and check points", {}};
-  if (!result.file.summary.differences.empty()) {
-    AddDifferences(result.file.summary.differences, &section);
-  }
   if (result.file.points.checks.empty()) {
     section.items.emplace_back(PageText{
         "There are no check points: no known position was kept out of the adjustment.", "note"});
@@ -361,6 +358,9 @@ PageSection KnownPointsSection(const ResultFolder& result) {
                                         "note"});
   } else {
     section.items.emplace_back(ControlTable(result));
+  }
+  if (!result.file.summary.differences.empty()) {
+    AddDifferences(result.file.summary.differences, &section);
   }
   return section;
 }
