@@ -85,6 +85,24 @@ TEST_F(PlanTest, PredictionOfAMeasuredBlockHasNoTests) {
   EXPECT_EQ(report.exit_code, 0) << report.err;
 }
 
+TEST_F(PlanTest, PredictionSaysWhatNothingChecksAndHowDifferencesAreKnown) {
+  const Path block = Simulated("block-12-strips", "strips", {"--set", "points.count=150"});
+  const auto run = Run("predict", block, "strips-result", {"--set", "pairs=distances"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("checked by others"));
+  EXPECT_THAT(run.out, HasSubstr("across the track"));
+  const json summary = json::parse(Content(folder_ / "strips-result/summary.json"));
+  const json checked = summary["quality"]["checked"];
+  EXPECT_EQ(checked["control"]["observations"], 36);
+  EXPECT_GT(checked["range"]["hardly_checked"].get<int>(), 10);  // of points with two looks
+  EXPECT_TRUE(checked["range"]["weakest"]["mdb_m"].is_null());
+  EXPECT_GT(checked["azimuth"]["weakest"]["influence_m"].get<double>(), 0.5);
+  ASSERT_GE(summary["differences"].size(), 4U);
+  for (const json& of : summary["differences"]) EXPECT_GT(of["sigma_up_m"].get<double>(), 0.1);
+  EXPECT_EQ(test::RunProgram({"report", folder_ / "strips-result"}).exit_code, 0);
+  EXPECT_THAT(Content(folder_ / "strips-result/report.html"), HasSubstr("differences-2"));
+}
+
 TEST_F(PlanTest, PassesWithoutASwathAreSaidToSeeTheirWholeSide) {
   const Path block = Planned("open", "pass,point\n");
   const json with = Checked(block)["coverage"];
@@ -160,6 +178,33 @@ TEST(PlanPairTest, AnswersAPairFromOrbit) {
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80U) << line;
 }
 
+// Hand arithmetic: reflectors of 30 dB are read to 0.39 of a resolution over the root of 1000.
+TEST(PlanPairTest, TakesImagesInPlaceOfStandardDeviations) {
+  std::vector<std::string> image{"--look",
+                                 "30",
+                                 "--look",
+                                 "40",
+                                 "--height-m",
+                                 "5000",
+                                 "--bandwidth-mhz",
+                                 "149.896229",
+                                 "--azimuth-resolution-m",
+                                 "3",
+                                 "--snr-db",
+                                 "30"};
+  const auto run = test::RunProgram(Pair(image));
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("0.0123 and 0.0123 m, azimuths 0.037 and 0.037 m"));
+  EXPECT_THAT(run.out, HasSubstr("best second look"));
+  std::vector<std::string> both = image;
+  both.insert(both.end(), {"--range-sigma-m", "1"});
+  EXPECT_THAT(test::RunProgram(Pair(both)).err, HasSubstr("accuracies are given by"));
+  image[7] = "-5";
+  const auto refused = test::RunProgram(Pair(image));
+  EXPECT_EQ(refused.exit_code, 3);
+  EXPECT_THAT(refused.err, HasSubstr("--bandwidth-mhz: must be given and positive"));
+}
+
 TEST(PlanPairTest, RefusesWhatIsNoPair) {
   const struct {
     std::vector<std::string> arguments;
@@ -168,7 +213,9 @@ TEST(PlanPairTest, RefusesWhatIsNoPair) {
   } cases[] = {
       {{"--look", "30", "--range-sigma-m", "3"}, 2, "the pair is given by --base-m, --height-m"},
       {{"--look", "30", "--look", "40", "--range-sigma-m", "3"}, 2, "or by --look twice, with"},
-      {{"--look", "30", "--look", "40", "--height-m", "5000"}, 2, "--range-sigma-m is required"},
+      {{"--look", "30", "--look", "40", "--height-m", "5000"},
+       2,
+       "accuracies are given by --range-sigma-m"},
       {{"--look", "30", "--look", "30", "--height-m", "5000", "--range-sigma-m", "3"},
        3,
        "--look: is the same angle twice"},

@@ -199,7 +199,8 @@ TEST(AdjustTableTest, NamesPlaceAndProblemOfWhatItRefuses) {
       {"[adjust]\nmax_iterations = 2.5\n",
        "block.toml:2: adjust.max_iterations: is a number, an integer from 1 to 100000 is needed"},
       {"[adjust]\npairs = \"al\"\n",
-       "block.toml:2: adjust.pairs: 'al' is not known, none, neighbours or all or a file ending in "
+       "block.toml:2: adjust.pairs: 'al' is not known, none, neighbours, all or distances or a "
+       "file ending in "
        ".csv is allowed; did you mean all?"},
       {"[adjust.correction.positon]\n",
        "block.toml:1: adjust.correction.positon: the key is not known, position, velocity, range, "
@@ -278,6 +279,14 @@ TEST(AdjustOptionTableTest, EveryKeyItListsIsRead) {  // a value of a type no ke
     const auto before = [&overrides](const char* text) {
       overrides.insert(overrides.begin(), text);
     };
+    const bool markov = key.ends_with("correlation_time_s");
+    if (markov || key.ends_with("start_sigma_m")) {
+      before(markov ? "correction.position.process=gauss-markov"
+                    : "correction.position.process=random-walk");
+      before("correction.position.sigma_m=5");
+      before("correction.position.knot_spacing_s=3");
+      before("correction.position.basis=spline");
+    }
     if (key.ends_with("knot_spacing_s")) before("correction.position.basis=spline");
     if (key.starts_with("correction.range.")) before("correction.range.scale=true");
     if (key.starts_with("correction.range.")) before("correction.range.bias=true");
@@ -300,6 +309,15 @@ std::vector<OptionSample> OptionSamples() {
                                        "correction.range.scale=true",
                                        "prior.NAME.parameters=[\"range.bias\", \"range.scale\"]",
                                        "prior.NAME.sigma=[1, 2]"};
+  const std::vector<std::string> spline{"correction.position.basis=spline",
+                                        "correction.position.knot_spacing_s=3",
+                                        "correction.position.sigma_m=5"};
+  const auto with_process = [&](const std::string& process, const char* further) {
+    std::vector<std::string> out = spline;
+    if (!process.empty()) out.push_back("correction.position.process=" + process);
+    if (*further != '\0') out.emplace_back(further);
+    return out;
+  };
   const std::string time = "correction.time.bias=true", squint = "correction.squint.bias=true";
   const std::string zenith = "correction.troposphere.zenith=true";
   return {{"corrections", "\"auto\""},
@@ -340,6 +358,11 @@ std::vector<OptionSample> OptionSamples() {
           {"correction.position.basis", "\"spline\"", {"correction.position.knot_spacing_s=3"}},
           {"correction.position.degree", "2"},
           {"correction.position.knot_spacing_s", "3.5", {"correction.position.basis=spline"}},
+          {"correction.position.process",
+           "\"gauss-markov\"",
+           with_process("", "correction.position.correlation_time_s=9")},
+          {"correction.position.correlation_time_s", "9.5", with_process("gauss-markov", "")},
+          {"correction.position.start_sigma_m", "[5, 4, 3]", with_process("random-walk", "")},
           {"correction.position.axes", "\"frame\""},
           {"correction.position.components", "[\"up\"]"},
           {"correction.position.sigma_m", "[1.5, 2.5, 3.5]"},
