@@ -46,7 +46,7 @@ struct Parameter {
   std::string owner;                   ///< pass id, or the group's name where shared
   std::string name;                    ///< "position.along.0", "range.bias", ...
   std::string unit;                    ///< "m", "s", "rad", "1"
-  PriorSigma prior_sigma = kNotGiven;  ///< of a joint prior or a process: whatever others are
+  PriorSigma prior_sigma = kNotGiven;  ///< of a joint prior or a process: of it alone
   PriorValue prior_value = 0.0;  ///< in `unit`; what the prior says, drawn anew in a simulation
   ParameterKind kind = ParameterKind::kPosition;
   // Of kPosition:
