@@ -154,7 +154,18 @@ struct PlanPairInput {
   /// In place of the first two: images, and the options that describe them.
   SceneImage image;
   std::optional<double> bandwidth_mhz, snr_incidence_deg;
-  bool images = false;
+  std::vector<const CLI::Option*> image_options;
+
+  [[nodiscard]] bool images() const {
+    return std::any_of(image_options.begin(), image_options.end(), [](const CLI::Option* option) {
+      return option->count() > 0;
+    });
+  }
+  /// The wanted standard deviation of heights, checked.
+  [[nodiscard]] std::optional<double> GoalUp_m() const {
+    if (!goal_up_m) return std::nullopt;
+    return CheckedPositive("--goal-up-m", *goal_up_m, "m");
+  }
 };
 
 /// What is printed of a pair.
@@ -193,7 +204,7 @@ PairSigmas SigmasOfImages(const SceneImage& image, double path_m, const StereoPa
 std::function<PairSigmas(const StereoPair&)> SigmasGiven(const PlanPairInput& input) {
   const double path_m =
       input.path_sigma_m ? CheckedPositive("--path-sigma-m", *input.path_sigma_m, "m") : 0.0;
-  if (input.images) {
+  if (input.images()) {
     SceneImage image = input.image;
     if (input.bandwidth_mhz) image.bandwidth_hz = 1e6 * *input.bandwidth_mhz;
     if (input.snr_incidence_deg) image.snr_incidence_rad = *input.snr_incidence_deg * kRadPerDeg;
@@ -217,7 +228,8 @@ std::function<PairSigmas(const StereoPair&)> SigmasGiven(const PlanPairInput& in
 PlannedPair PlanOf(const PlanPairInput& input) {
   PlannedPair plan;
   plan.given = PairOf(input.pair);
-  plan.along = input.images || input.azimuth_sigma_m.has_value();
+  const std::optional<double> goal_up_m = input.GoalUp_m();
+  plan.along = input.images() || input.azimuth_sigma_m.has_value();
   const auto sigmas_of = SigmasGiven(input);
   const StereoPair pair{plan.given.look_rad,
                         plan.given.height_m.value(),
@@ -233,11 +245,13 @@ PlannedPair PlanOf(const PlanPairInput& input) {
   plan.viewing = leberl::CheckViewing(first_rad, second_rad, pair.arrangement);
   plan.exaggeration = leberl::ExaggerationFromAngles(first_rad, second_rad, pair.arrangement);
   plan.slopes = SlopesShown(plan.given.incidence_rad, pair.arrangement);
-  if (input.images) plan.best = BestSecondLook(pair, sigmas_of);
-  if (input.goal_up_m && !input.images &&
-      accuracy->all.up_m > CheckedPositive("--goal-up-m", *input.goal_up_m, "m") &&
+  // Reflectors are seen alike at any angle: a wider one is always better.
+  if (input.images() && !std::isnan(input.image.window_m)) {
+    plan.best = BestSecondLook(pair, sigmas_of);
+  }
+  if (goal_up_m && !input.images() && accuracy->all.up_m > *goal_up_m &&
       pair.arrangement == Arrangement::kSameSide) {
-    plan.second = SecondLooksFor(pair, plan.sigmas, *input.goal_up_m);
+    plan.second = SecondLooksFor(pair, plan.sigmas, *goal_up_m);
   }
   return plan;
 }
@@ -304,6 +318,11 @@ std::string GoalText(const PlanPairInput& input, const PlannedPair& plan) {
     return fmt::format("sigma up {:.4g} m, goal {:g} m: reached\n", up_m, *input.goal_up_m);
   }
   std::string text = fmt::format("sigma up {:.4g} m, goal {:g} m: missed", up_m, *input.goal_up_m);
+  if (plan.best) {
+    const bool reaches = plan.best->sigma_up_m <= *input.goal_up_m;
+    return text +
+           (reaches ? "; the best second look reaches it\n" : "; no second look reaches it\n");
+  }
   if (!plan.second) return text + "\n";
   const auto& [below, above] = *plan.second;
   if (!below && !above) return text + "; no second look reaches it\n";
@@ -338,7 +357,7 @@ std::string PlanText(const PlanPairInput& input, const PlannedPair& plan) {
                       "slant ranges",
                       1e-3 * plan.accuracy.range_m[0],
                       1e-3 * plan.accuracy.range_m[1]);
-  if (input.images) {
+  if (input.images()) {
     text += fmt::format("{:<26}{:>12.3g} and {:.3g} m, azimuths {:.3g} and {:.3g} m\n",
                         "sigma of the ranges",
                         plan.sigmas.range_m[0],
@@ -391,47 +410,36 @@ int RunPlanPair(const PlanPairInput& input, const Session& session) {
 
 /// Images in place of standard deviations.
 void AddImageOptions(CLI::App* command, PlanPairInput* input) {
-  command->add_option("--bandwidth-mhz",
-                      input->bandwidth_mhz,
-                      "images in place of standard deviations: bandwidth of the pulse");
-  command->add_option("--azimuth-resolution-m",
-                      input->image.azimuth_resolution_m,
-                      "images: resolution along track");
-  command->add_option("--snr-db",
-                      input->image.snr_db,
-                      "images: signal over noise of the ground at --snr-incidence-deg; without "
-                      "--window-m signal over clutter of reflectors");
-  command->add_option("--snr-incidence-deg",
-                      input->snr_incidence_deg,
-                      "images: incidence of that ratio (default 35)");
-  command->add_option("--backscatter-exponent",
-                      input->image.backscatter_exponent,
-                      "images: backscatter falls as cos^n of the incidence (default 2)");
-  command->add_option("--window-m",
-                      input->image.window_m,
-                      "images: side of a matched window on the ground (default: reflectors)");
-  command->add_option("--correlation",
-                      input->image.correlation,
-                      "images: of windows seen alike, without noise (default 0.15)");
-  command->add_option("--slope-rms",
-                      input->image.slope_rms,
-                      "images: slope of the relief within a window (default 0)");
+  const auto add = [&](const char* name, auto* value, const char* help) {
+    input->image_options.push_back(
+        command->add_option(name, *value, std::string("images: ") + help));
+  };
+  SceneImage* image = &input->image;
+  add("--bandwidth-mhz",
+      &input->bandwidth_mhz,
+      "bandwidth of the pulse, for images in place of standard deviations");
+  add("--azimuth-resolution-m", &image->azimuth_resolution_m, "resolution along track");
+  add("--snr-db",
+      &image->snr_db,
+      "signal over noise of the ground at --snr-incidence-deg; without --window-m signal over "
+      "clutter of reflectors");
+  add("--snr-incidence-deg", &input->snr_incidence_deg, "incidence of that ratio (default 35)");
+  add("--backscatter-exponent",
+      &image->backscatter_exponent,
+      "backscatter falls as cos^n of the incidence (default 2)");
+  add("--window-m",
+      &image->window_m,
+      "side of a matched window on the ground (default: reflectors)");
+  add("--correlation", &image->correlation, "of windows seen alike, without noise (default 0.15)");
+  add("--slope-rms", &image->slope_rms, "slope of the relief within a window (default 0)");
 }
 
-void RequireSigmasOrImages(PlanPairInput* input) {
-  const SceneImage none;
-  input->images = input->bandwidth_mhz || input->snr_incidence_deg ||
-                  !std::isnan(input->image.azimuth_resolution_m) ||
-                  !std::isnan(input->image.snr_db) || !std::isnan(input->image.window_m) ||
-                  input->image.correlation != none.correlation ||
-                  input->image.backscatter_exponent != none.backscatter_exponent ||
-                  input->image.slope_rms != none.slope_rms;
-  if (input->images == (input->range_sigma_m || input->azimuth_sigma_m) ||
-      (!input->images && !input->range_sigma_m)) {
-    throw CLI::ValidationError("pair",
-                               "accuracies are given by --range-sigma-m (and --azimuth-sigma-m), "
-                               "or by --bandwidth-mhz, --azimuth-resolution-m and --snr-db");
-  }
+void RequireSigmasOrImages(const PlanPairInput& input) {
+  const bool sigmas = input.range_sigma_m || input.azimuth_sigma_m;
+  if (input.images() ? !sigmas : input.range_sigma_m.has_value()) return;
+  throw CLI::ValidationError("pair",
+                             "accuracies are given by --range-sigma-m (and --azimuth-sigma-m), "
+                             "or by --bandwidth-mhz, --azimuth-resolution-m and --snr-db");
 }
 
 }  // namespace
@@ -465,7 +473,7 @@ void AddPlan(CLI::App* app, Session* session) {
     if (!input->looks_deg.empty()) input->pair.first_look_deg = input->looks_deg.front();
     if (input->looks_deg.size() == 2) input->pair.second_look_deg = input->looks_deg.back();
     RequireOnePair("pair", HeightNeed::kRequired, input->pair);
-    RequireSigmasOrImages(input.get());
+    RequireSigmasOrImages(*input);
     session->run = [session, input] { return RunPlanPair(*input, *session); };
   });
 }

@@ -195,7 +195,28 @@ TEST(PlanPairTest, TakesImagesInPlaceOfStandardDeviations) {
   const auto run = test::RunProgram(Pair(image));
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.out, HasSubstr("0.0123 and 0.0123 m, azimuths 0.037 and 0.037 m"));
-  EXPECT_THAT(run.out, HasSubstr("best second look"));
+  EXPECT_THAT(run.out,
+              testing::Not(HasSubstr("best second look")));  // reflectors: the wider the better
+  std::vector<std::string> ground = image;
+  ground.insert(ground.end(), {"--window-m", "30", "--slope-rms", "0.1", "--goal-up-m", "0.001"});
+  const auto matched = test::RunProgram(Pair(ground));
+  EXPECT_THAT(matched.out, HasSubstr("best second look"));
+  EXPECT_THAT(matched.out, HasSubstr("missed; no second look reaches it"));
+  ground.back() = "-1";
+  EXPECT_THAT(test::RunProgram(Pair(ground)).err, HasSubstr("--goal-up-m: -1 m is given"));
+  // a default that is given is given
+  EXPECT_EQ(test::RunProgram(Pair({"--look",
+                                   "30",
+                                   "--look",
+                                   "40",
+                                   "--height-m",
+                                   "5000",
+                                   "--range-sigma-m",
+                                   "3",
+                                   "--correlation",
+                                   "0.15"}))
+                .exit_code,
+            2);
   std::vector<std::string> both = image;
   both.insert(both.end(), {"--range-sigma-m", "1"});
   EXPECT_THAT(test::RunProgram(Pair(both)).err, HasSubstr("accuracies are given by"));
