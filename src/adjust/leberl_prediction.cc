@@ -183,7 +183,7 @@ class Predictor {
           continue;
         }
         if (p.joint < 0) {
-          // Of a process what is independent: its steps and where it starts.
+          // The steps of a process and its first coefficient are independent.
           double carried = slope;
           int from = block.offset + k;
           for (const Parameter* at = &p; at->before >= 0;) {

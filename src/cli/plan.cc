@@ -181,7 +181,7 @@ struct PlannedPair {
   std::optional<BestLook> best;       ///< of images
 };
 
-/// Of two images that are matched: what decides is seen on level ground.
+/// Standard deviations of two images of level ground that are matched.
 PairSigmas SigmasOfImages(const SceneImage& image, double path_m, const StereoPair& pair) {
   std::array<ImageView, 2> views;
   for (std::size_t k = 0; k < 2; ++k) {

@@ -55,8 +55,8 @@ struct Parameter {
   int degree = 0;       ///< of the polynomial; of a spline the number of its coefficient
   bool spline = false;  ///< coefficient of a spline
   int joint = -1;       ///< index into ParameterLayout::joint_priors; -1: none
-  // Of a coefficient that a process leads to from the one before (eq. (3c)): its prior is that
-  // c - carried c_before, with the errors of both, has the standard deviation step_sigma.
+  // A coefficient of a process other than the first follows from the one before (eq. (3c)): its
+  // prior is that the error of c, less `carried` times that of c_before, has the sigma step_sigma.
   int before = -1;  ///< parameter of the layout; -1: none
   double carried = 0.0;
   PriorSigma step_sigma = kNotGiven;

@@ -181,7 +181,7 @@ std::string Percent(double part) { return Digits(100.0 * part, 4) + " %"; }
 
 std::string Short(double value) { return Digits(value, 3); }
 
-/// Least redundancy of which single precision leaves a digit.
+/// A redundancy below this is rounding of single precision.
 constexpr double kLeastRedundancy = 1e-6;
 
 /// The observation of a kind that others check least.

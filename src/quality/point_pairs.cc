@@ -132,6 +132,14 @@ PointPairs DistancePairs(const AdjustmentProblem& problem, const BlockState& sta
   return Sorted(std::move(pairs));
 }
 
+std::array<double, 3> AlongAcrossUp(const SymmetricEnu& covariance_m2,
+                                    const Eigen::Vector2d& along) {
+  const auto& q = covariance_m2;  // ee, nn, uu, en, eu, nu
+  const double e = along.x(), n = along.y();
+  const double along_m2 = e * e * q[0] + n * n * q[1] + 2.0 * e * n * q[3];
+  return {along_m2, q[0] + q[1] - along_m2, q[2]};
+}
+
 std::vector<DifferenceClass> SummariseDifferences(const Block& block, const AdjustResult& result) {
   const auto directions = DirectionsOf(block);
   if (!directions) return {};
@@ -154,16 +162,13 @@ std::vector<DifferenceClass> SummariseDifferences(const Block& block, const Adju
     const Eigen::Vector2d level = pair.difference_enu_m.head<2>() / distance_m;
     const bool is_along = std::abs(level.dot(along)) > within;
     if (!is_along && !(std::abs(level.dot(across)) > within)) continue;
-    const auto& q = pair.covariance_m2;  // ee, nn, uu, en, eu, nu
-    const auto sigma_m = [&](const Eigen::Vector2d& d) {
-      return std::sqrt(q[0] * d.x() * d.x() + q[1] * d.y() * d.y() + 2.0 * q[3] * d.x() * d.y());
-    };
+    const auto [along_m2, across_m2, up_m2] = AlongAcrossUp(pair.covariance_m2, along);
     const int power = static_cast<int>(std::lround(std::log2(longest_m / distance_m)));
     Values& values = classes[{is_along ? 0 : 1, -power}];
     values.distance_m.push_back(distance_m);
-    values.along_m.push_back(sigma_m(along));
-    values.across_m.push_back(sigma_m(across));
-    values.up_m.push_back(std::sqrt(q[2]));
+    values.along_m.push_back(std::sqrt(along_m2));
+    values.across_m.push_back(std::sqrt(across_m2));
+    values.up_m.push_back(std::sqrt(up_m2));
   }
   std::vector<DifferenceClass> out;
   for (const auto& [key, values] : classes) {

@@ -4,10 +4,12 @@
 #include "sarblock/block/block.h"
 #include "sarblock/model/result.h"
 
+#include <array>
 #include <cstddef>
 #include <vector>
 
 #include "model/problem.h"
+#include <Eigen/Core>
 
 namespace sarblock {
 
@@ -22,6 +24,10 @@ namespace sarblock {
 /// distance, their second point within a quarter of the distance of where it should be; a sample
 /// that depends on the block alone.
 [[nodiscard]] PointPairs DistancePairs(const AdjustmentProblem& problem, const BlockState& state);
+
+/// Variances along, across and up [m^2] of a covariance, by a level unit direction (east, north).
+[[nodiscard]] std::array<double, 3> AlongAcrossUp(const SymmetricEnu& covariance_m2,
+                                                  const Eigen::Vector2d& along);
 
 /// The pairs of a result by direction and distance. A pair within 20 degrees of a direction is one
 /// of it; of a distance are those within a factor of sqrt(2) of the longest pair's over a power of

@@ -251,13 +251,6 @@ std::optional<Eigen::Vector2d> TrackAt(const Block& block,
   return std::nullopt;
 }
 
-/// Variance along, across and up; the track's direction is horizontal.
-std::array<double, 3> AlongAcrossUp(const SymmetricEnu& q, const Eigen::Vector2d& track) {
-  const double e = track.x(), n = track.y();
-  const double along_m2 = e * e * q[0] + n * n * q[1] + 2.0 * e * n * q[3];
-  return {along_m2, q[0] + q[1] - along_m2, q[2]};
-}
-
 /// Length of the flights within their strips.
 double FlightLength_m(const Block& block) {
   double length_m = 0.0;

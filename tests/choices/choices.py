@@ -3,12 +3,13 @@
 """What the program says of good blocks under the corrections that users choose.
 
     tests/choices/choices.py PROGRAM -o FOLDER [--seeds 0,1] [--scenes uav,moon-alse] [--only REGEX] [--biases all]
-                             [--engines] [--jobs 2]
+                             [--processes] [--engines] [--jobs 2]
 
 Ten ideal and four recorded scenes of datasets/scenes with 400 to 600 points, none of them with a mistake. Each is
 adjusted with 22 choices: no corrections; polynomials of degree 0, 1, 2 and 4 and splines of eight knots in the longest
 strip, with priors of 10, 100 and 1,000 m on each axis; degree 1 and splines with a range and a time bias too, with
---biases all every choice but none. With --engines each is adjusted by engine=ceres as well, and the largest difference
+--biases all every choice but none; with --processes splines whose priors are a Gauss-Markov process of five knots and a
+random walk too. With --engines each is adjusted by engine=ceres as well, and the largest difference
 of a point is printed, in its standard deviations along an axis.
 
 What is so is known from truth_passes.csv, apart from the program: the errors of the recorded paths in track axes,
@@ -40,17 +41,19 @@ SCENES = pathlib.Path(__file__).resolve().parents[2] / "datasets" / "scenes"
 IDEAL = ("block-12-strips convergent-squint cross-wise different-altitudes earth-asc-desc earth-same-side leberl-aircraft "
          "leberl-voir moon-alse venus-magellan").split()
 TERMS = (0, 1, 2, 4, "spline")
-BIASES = {"some": (1, "spline"), "all": TERMS}
+PROCESSES = ("markov", "walk")
+SPLINES = ("spline", *PROCESSES)
+BIASES = {"some": (1, *SPLINES), "all": TERMS + PROCESSES}
 RECORDED = "airborne-turbulent downlink-orbit sparse-orbit uav".split()
 PRIORS_M = (10, 100, 1000)
 TIGHT, LEFT_M = 3.0, 0.3
 CAUSES = {"missing": {"model.missing"}, "tight": {"model.priors"}, "degree": {"model.degree", "model.knots"}, "holds": set()}
 
 
-def choices(biases_of):
-    """(name, terms, prior in metres, whether range and time have a bias); terms: None, a degree or "spline"."""
+def choices(biases_of, processes):
+    """(name, terms, prior in metres, whether range and time have a bias); terms: None, a degree or one of SPLINES."""
     yield "none", None, 0, False
-    for terms in TERMS:
+    for terms in TERMS + (PROCESSES if processes else ()):
         for prior_m in PRIORS_M:
             for biases in (False, True) if terms in biases_of else (False,):
                 yield f"{terms}-{prior_m}" + ("-biases" if biases else ""), terms, prior_m, biases
@@ -117,12 +120,12 @@ def compared_with_truth(errors, terms, prior_m):
         if terms is None:
             left_m = max(left_m, float(np.abs(of["errors_m"]).max()))
             continue
-        degree = min(6 if terms == "spline" else terms, len(of["s"]) - 1)
+        degree = min(6 if terms in SPLINES else terms, len(of["s"]) - 1)
         legendre = np.polynomial.legendre.legvander(of["s"], degree)
         coefficients = np.linalg.lstsq(legendre, of["errors_m"], rcond=None)[0]
         rest = of["errors_m"] - legendre @ coefficients
         left_m = max(left_m, float(np.sqrt(np.mean(rest ** 2, axis=0)).max()))
-        largest = max(largest, float(np.abs(of["errors_m"] if terms == "spline" else coefficients).max()) / prior_m)
+        largest = max(largest, float(np.abs(of["errors_m"] if terms in SPLINES else coefficients).max()) / prior_m)
     return largest, left_m
 
 
@@ -144,9 +147,11 @@ def block_text(block, errors, terms, prior_m, biases):
         return "\n".join([*text, "[adjust]", 'corrections = "none"', ""])
     spacing_s = max(of["last_s"] - of["first_s"] for of in errors.values()) / 7
     text += ["[adjust]", 'corrections = "given"', "[adjust.correction.position]", 'axes = "track"',
-             *(['basis = "spline"', f"knot_spacing_s = {spacing_s!r}"] if terms == "spline"
+             *(['basis = "spline"', f"knot_spacing_s = {spacing_s!r}"] if terms in SPLINES
                else ['basis = "polynomial"', f"degree = {terms}"]),
-             f"sigma_m = [{prior_m}, {prior_m}, {prior_m}]"]
+             f"sigma_m = [{prior_m}, {prior_m}, {prior_m}]",
+             *([f'process = "gauss-markov"\ncorrelation_time_s = {5 * spacing_s!r}'] if terms == "markov"
+               else [f'process = "random-walk"\nstart_sigma_m = {prior_m}'] if terms == "walk" else [])]
     if biases:
         speed_mps = max(of["speed_mps"] for of in errors.values())
         text += ["[adjust.correction.range]", f"bias_sigma_m = {prior_m}",
@@ -264,6 +269,7 @@ def main():
     parser.add_argument("--only", default="")
     parser.add_argument("--biases", choices=BIASES, default="some")
     parser.add_argument("--engines", action="store_true")
+    parser.add_argument("--processes", action="store_true")
     parser.add_argument("--jobs", type=int, default=2)
     options = parser.parse_args()
     results = []
@@ -273,7 +279,7 @@ def main():
             if not block.exists():
                 simulate(options.program, scene, seed, block)
             errors = path_errors(block)
-            asked = [choice for choice in choices(BIASES[options.biases]) if re.match(options.only, choice[0])]
+            asked = [choice for choice in choices(BIASES[options.biases], options.processes) if re.match(options.only, choice[0])]
             folder = options.folder / "adjusted" / f"{scene}-{seed}"
             with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
                 done = pool.map(lambda choice: adjust(options.program, block, errors, choice, options.engines, folder), asked)

@@ -42,7 +42,7 @@ struct PositionCorrection {
   std::array<std::vector<double>, 3> prior_sigma_m;
   Process process = Process::kWhite;      ///< spline; others need one sigma an axis that has any
   double correlation_time_s = kNotGiven;  ///< of kGaussMarkov: correlations fall as exp(-t/T)
-  /// Of kRandomWalk: of the first coefficient.
+  /// Standard deviation of the first coefficient of kRandomWalk, by axis.
   std::array<PriorSigma, 3> start_sigma_m{kNotGiven, kNotGiven, kNotGiven};
   static constexpr int kMaxDegree = 15;
 };

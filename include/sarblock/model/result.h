@@ -383,8 +383,9 @@ struct ParameterResult {
   double prior_sigma = std::numeric_limits<double>::quiet_NaN();  ///< NaN: no prior; of a joint
                                                                   ///< prior the diagonal's
   std::string kept{};  ///< why, in model selection; else empty
-  /// Of a coefficient that a process leads to from parameter `before` (else -1): the prior is that
-  /// value - carried value_before has the standard deviation step_sigma.
+  /// A coefficient of a process (PositionCorrection::Process) other than the first follows from
+  /// parameter `before`: its prior is that value - carried * value_before has the standard
+  /// deviation step_sigma. Others have -1.
   int before = -1;
   double carried = 0.0;
   double step_sigma = std::numeric_limits<double>::quiet_NaN();

@@ -122,7 +122,8 @@ struct SceneRecorder {
 struct SceneImage {
   double bandwidth_hz = kNotGiven;          ///< > 0; the resolution in range is c / (2 B)
   double azimuth_resolution_m = kNotGiven;  ///< > 0
-  /// Of the ground at snr_incidence_rad, power; of reflectors (no window) signal over clutter.
+  /// Ratio of powers: ground over noise at snr_incidence_rad, without a window reflector over
+  /// clutter.
   double snr_db = kNotGiven;
   double snr_incidence_rad = 0.6108652381980153;  ///< 35 deg
   double backscatter_exponent = 2.0;  ///< >= 0; backscatter is as cos^n of the local incidence
