@@ -24,6 +24,8 @@
 #include "model/priors.h"
 #include "needs.h"
 #include "quality/assess.h"
+#include "reduction/frames.h"
+#include "reduction/look_reduction.h"
 #include "selection/candidates.h"
 #include "selection/selection.h"
 #include "selection/simplify.h"
@@ -75,7 +77,48 @@ AdjustResult AdjustInOrder(PointOrder order,
   return result;
 }
 
+/// Adjusts a block as it is, in the order of its passes where that helps.
+AdjustResult AdjustReduced(const Block& block,
+                           const AdjustOptions& options,
+                           const PointPairs& pairs,
+                           ProgressSink* progress) {
+  PointOrder order = OrderByPasses(block);
+  if (order.empty()) return AdjustInGivenOrder(block, options, pairs, progress);
+  Block copy = block;
+  return AdjustInOrder(std::move(order), options, pairs, progress, &copy);
+}
+
 }  // namespace
+
+std::vector<Eigen::Vector3d> StartPositions(const Block& block, ProgressSink* progress) {
+  AdjustmentProblem problem(block, {});
+  const BlockState state = ComputeStartValues(&problem, progress).state;
+  std::vector<Eigen::Vector3d> position_m;
+  position_m.reserve(block.points.size());
+  for (std::size_t point = 0; point < block.points.size(); ++point) {
+    position_m.push_back(state.Position(point));
+  }
+  return position_m;
+}
+
+AdjustResult SolveReduced(const Block& block,
+                          ProgressSink* progress,
+                          const std::function<AdjustResult(const Block&)>& solve) {
+  constexpr int kMaxSolutions = 5;
+  constexpr double kSettled_m = 1e-3;
+  ReducedBlock reduced(block);
+  if (reduced.HasModels()) reduced.ReduceAt(StartPositions(block, progress));
+  AdjustResult result = solve(reduced.block());
+  for (int solutions = 1; solutions < kMaxSolutions; ++solutions) {
+    if (!(reduced.Change_m(result.points.position_m) > kSettled_m)) break;
+    reduced.ReduceAt(result.points.position_m);
+    std::vector<StageCost> stages = std::move(result.stages);
+    result = solve(reduced.block());
+    result.stages.insert(result.stages.begin(), stages.begin(), stages.end());
+  }
+  result.reductions = reduced.Report();
+  return result;
+}
 
 AdjustResult Adjust(const Block& block,
                     const AdjustOptions& asked,
@@ -83,14 +126,9 @@ AdjustResult Adjust(const Block& block,
                     ProgressSink* progress) {
   return CallInLibrary(asked.threads, progress, [&] {
     const AdjustOptions options = UsableOptions(block, asked, pairs, LookUse::kMeasured);
-    PointOrder order = OrderByPasses(block);
-    AdjustResult result;
-    if (order.empty()) {
-      result = AdjustInGivenOrder(block, options, pairs, progress);
-    } else {
-      Block copy = block;
-      result = AdjustInOrder(std::move(order), options, pairs, progress, &copy);
-    }
+    AdjustResult result = SolveReduced(block, progress, [&](const Block& reduced) {
+      return AdjustReduced(reduced, options, pairs, progress);
+    });
     ScaleByPosterior(options, &result);
     return result;
   });
@@ -102,10 +140,12 @@ AdjustResult Adjust(Block* block,
                     ProgressSink* progress) {
   return CallInLibrary(asked.threads, progress, [&] {
     const AdjustOptions options = UsableOptions(*block, asked, pairs, LookUse::kMeasured);
-    PointOrder order = OrderByPasses(*block);
-    AdjustResult result = order.empty()
-                              ? AdjustInGivenOrder(*block, options, pairs, progress)
-                              : AdjustInOrder(std::move(order), options, pairs, progress, block);
+    AdjustResult result = SolveReduced(*block, progress, [&](const Block& reduced) {
+      if (&reduced != block) return AdjustReduced(reduced, options, pairs, progress);
+      PointOrder order = OrderByPasses(*block);
+      return order.empty() ? AdjustInGivenOrder(*block, options, pairs, progress)
+                           : AdjustInOrder(std::move(order), options, pairs, progress, block);
+    });
     ScaleByPosterior(options, &result);
     return result;
   });
@@ -119,7 +159,6 @@ std::vector<std::string> MakePaths(Block* block) {
 namespace {
 
 BlockCheck Checked(const Block& block, const AdjustOptions& options, ProgressSink* progress) {
-  Validate(block);
   const CorrectionModel given = GivenCorrections(options);
   AdjustmentProblem problem(block, given.groups, {}, given.priors);
   BlockCheck check;
@@ -134,6 +173,9 @@ BlockCheck Checked(const Block& block, const AdjustOptions& options, ProgressSin
     check.findings.push_back(finding.text);
   }
   for (const std::string& remark : FindCopies(block).remarks) check.findings.push_back(remark);
+  if (std::string doubt = DoubtOfPlates(block); !doubt.empty()) {
+    check.findings.push_back(std::move(doubt));
+  }
   // Where points are known: paths with errors intersect them far from where they are.
   for (std::string& text : FindLooksOutsideSwath(block, block.points.given_m, problem.look_used)) {
     check.findings.push_back(std::move(text));
@@ -152,7 +194,10 @@ BlockCheck CheckBlock(const Block& block, const AdjustOptions& options, Progress
   return CallInLibrary(options.threads, progress, [&] {
     AdjustOptions used = options;
     if (used.threads <= 0) used.threads = ThreadsAllowed();
-    return Checked(block, used, progress);
+    Validate(block);
+    ReducedBlock reduced(block);
+    if (reduced.HasModels()) reduced.ReduceAt(StartPositions(block, progress));
+    return Checked(reduced.block(), used, progress);
   });
 }
 

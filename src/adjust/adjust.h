@@ -6,7 +6,11 @@
 #include "sarblock/model/options.h"
 #include "sarblock/model/result.h"
 
+#include <functional>
+#include <vector>
+
 #include "block/point_order.h"
+#include <Eigen/Core>
 
 namespace sarblock {
 
@@ -43,6 +47,18 @@ void RequireOffered(const AdjustOptions& options);
                                           const AdjustOptions& options,
                                           const PointPairs& pairs,
                                           LookUse use);
+
+/// Positions by point, frame axes, at which an adjustment would start; NaN where it could not.
+[[nodiscard]] std::vector<Eigen::Vector3d> StartPositions(const Block& block,
+                                                          ProgressSink* progress);
+
+/// Calls solve() with a block from whose looks the models of its passes are taken off
+/// (ReducedBlock), first at the start positions, then where that solution has its points, until
+/// nothing that is taken off changes by more than a millimetre: twice, as a rule. Without models
+/// the block is `block` itself.
+[[nodiscard]] AdjustResult SolveReduced(const Block& block,
+                                        ProgressSink* progress,
+                                        const std::function<AdjustResult(const Block&)>& solve);
 
 /// For commands that adjust nothing: refuses `montecarlo` and says that variance components are not
 /// estimated.

@@ -48,7 +48,9 @@ void AddAsRead(const Looks& looks, ArrayBytes* to) {
             looks.range_m,
             looks.cone,
             looks.range_sigma_m,
-            looks.azimuth_sigma);
+            looks.azimuth_sigma,
+            looks.range_delay_m,
+            looks.time_shift_s);
 }
 
 void AddAsRead(const Points& points, ArrayBytes* to) { AddFilled(to, points.role, points.given_m); }

@@ -16,6 +16,7 @@
 #include "quality/assess.h"
 #include "quality/point_sweep.h"
 #include "quality/result_covariance.h"
+#include "reduction/look_reduction.h"
 #include "solve/inner_datum.h"
 #include "solve/point_defects.h"
 #include "solve/rank.h"
@@ -151,7 +152,26 @@ Block FillMeasurements(const Block& block, const std::vector<Eigen::Vector3d>& p
                      "must have one entry for each point, " + std::to_string(block.points.size()) +
                          ", got " + std::to_string(positions_m.size()));
   }
-  return Filled(block, positions_m);
+  Block out = Filled(block, positions_m);
+  const ReductionOfLooks models(block, ModelsOf(block));
+  if (!models.any()) return out;
+  // What is measured holds what will be taken off again.
+  const bool planned = block.looks.size() != out.looks.size();
+  for (std::size_t point = 0; point < out.points.size(); ++point) {
+    const KnownPosition* known = out.points.FindKnown(static_cast<std::uint32_t>(point));
+    const Eigen::Vector3d velocity_mpy =
+        known == nullptr ? Eigen::Vector3d::Zero() : known->velocity_mpy;
+    for (std::size_t i = out.looks.offsets[point]; i < out.looks.offsets[point + 1]; ++i) {
+      const bool time = planned || !std::isfinite(block.looks.time_s[i]);
+      const bool range = planned || !std::isfinite(block.looks.range_m[i]);
+      if (!time && !range) continue;
+      const LookReduction delay = models.Of(
+          out.looks.pass[i], out.looks.time_s[i], out.ConeOf(i), positions_m[point], velocity_mpy);
+      if (time) out.looks.time_s[i] += delay.Time_s();
+      if (range) out.looks.range_m[i] += delay.Range_m();
+    }
+  }
+  return out;
 }
 
 namespace {
@@ -247,7 +267,9 @@ AdjustResult Predict(const Block& block,
   }
   return CallInLibrary(options.threads, progress, [&] {
     const AdjustOptions usable = UsableOptions(block, options, pairs, LookUse::kPlanned);
-    return Predicted(block, usable, positions_m, pairs, progress);
+    ReducedBlock reduced(block);
+    if (reduced.HasModels()) reduced.ReduceAt(CompletePositions(block, positions_m));
+    return Predicted(reduced.block(), usable, positions_m, pairs, progress);
   });
 }
 
@@ -344,7 +366,9 @@ AdjustResult IntersectBlock(const Block& block,
                             ProgressSink* progress) {
   return CallInLibrary(options.threads, progress, [&] {
     RequireUsable(block, {}, LookUse::kMeasured);
-    return Intersected(block, options, progress);
+    return SolveReduced(block, progress, [&](const Block& reduced) {
+      return Intersected(reduced, options, progress);
+    });
   });
 }
 

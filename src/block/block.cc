@@ -132,6 +132,8 @@ void RequireArrays(const Block& block) {
   RequireLength("looks.cone", looks.cone.size(), n, true);
   RequireLength("looks.range_sigma_m", looks.range_sigma_m.size(), n, true);
   RequireLength("looks.azimuth_sigma", looks.azimuth_sigma.size(), n, true);
+  RequireLength("looks.range_delay_m", looks.range_delay_m.size(), n, true);
+  RequireLength("looks.time_shift_s", looks.time_shift_s.size(), n, true);
   const std::vector<std::uint64_t>& offsets = looks.offsets;
   if (offsets.size() != points.size() + 1) {
     throw InputError("looks.offsets",
@@ -390,6 +392,8 @@ std::vector<std::uint32_t> SortLooksByPoint(const std::vector<std::uint32_t>& po
   Gather(old_of_new, &looks->cone);
   Gather(old_of_new, &looks->range_sigma_m);
   Gather(old_of_new, &looks->azimuth_sigma);
+  Gather(old_of_new, &looks->range_delay_m);
+  Gather(old_of_new, &looks->time_shift_s);
   return old_of_new;
 }
 

@@ -491,13 +491,14 @@ struct SharedStates {
   double times_apart_s = 0.0;  ///< time of a state in the second pass less that in the first
 };
 
+constexpr double kSameTime_s = 1e-3;
+
 std::string SameFlightRemark(const Pass& a, const Pass& b, const SharedStates& shared) {
-  constexpr double kSame_s = 1e-3;
   const std::string both = "passes " + a.id + " and " + b.id + " have " +
                            std::to_string(shared.count) + " recorded states in common";
   const std::optional<double> epochs_s = BetweenEpochs_s(a, b);
   const double apart_s = std::abs(epochs_s.value_or(kNotGiven) + shared.times_apart_s);
-  if (!(apart_s <= kSame_s)) {
+  if (!(apart_s <= kSameTime_s)) {
     return both + " at different times (epochs " + Quoted(a.epoch_utc) + " and " +
            Quoted(b.epoch_utc) + (epochs_s ? ", " + Short(apart_s) + " s apart" : "") +
            "): one of both has the orbit of another date";
@@ -509,10 +510,8 @@ std::string SameFlightRemark(const Pass& a, const Pass& b, const SharedStates& s
          Quoted(a.id) + ", " + Quoted(b.id) + "] in these corrections make them one";
 }
 
-}  // namespace
-
-std::vector<std::string> FindSameFlights(
-    const Block& block, const std::function<bool(std::size_t, std::size_t)>& share) {
+// By pairs of passes, half of whose states or more they share.
+std::map<std::pair<std::size_t, std::size_t>, SharedStates> FindSharedStates(const Block& block) {
   using Place = std::array<double, 3>;
   struct State {
     Place place;
@@ -541,13 +540,43 @@ std::vector<std::string> FindSameFlights(
       shared.times_apart_s = b.time_s - a.time_s;
     }
   }
+  std::erase_if(found, [&block](const auto& entry) {
+    const auto& [pair, shared] = entry;
+    return 2 * shared.count < std::min(block.passes[pair.first].RecordedStates().size(),
+                                       block.passes[pair.second].RecordedStates().size());
+  });
+  return found;
+}
+
+}  // namespace
+
+std::vector<std::vector<std::size_t>> FindFlights(const Block& block) {
+  std::vector<std::size_t> first(block.passes.size());  // of the flight of a pass
+  std::iota(first.begin(), first.end(), std::size_t{0});
+  for (const auto& [pair, shared] : FindSharedStates(block)) {
+    const Pass &a = block.passes[pair.first], &b = block.passes[pair.second];
+    const auto epochs_s = BetweenEpochs_s(a, b);
+    if (!epochs_s || std::abs(*epochs_s + shared.times_apart_s) > kSameTime_s) continue;
+    const std::size_t one = first[pair.first], other = first[pair.second];
+    std::replace(first.begin(), first.end(), std::max(one, other), std::min(one, other));
+  }
+  std::map<std::size_t, std::vector<std::size_t>> by_first;
+  for (std::size_t i = 0; i < first.size(); ++i) by_first[first[i]].push_back(i);
+  std::vector<std::vector<std::size_t>> flights;
+  for (auto& [of, passes] : by_first) {
+    if (passes.size() > 1) flights.push_back(std::move(passes));
+  }
+  return flights;
+}
+
+std::vector<std::string> FindSameFlights(
+    const Block& block, const std::function<bool(std::size_t, std::size_t)>& share) {
   constexpr std::size_t kNamed = 5;
   std::vector<std::string> remarks;
   std::size_t more = 0;
-  for (const auto& [pair, shared] : found) {
+  for (const auto& [pair, shared] : FindSharedStates(block)) {
     const Pass &a = block.passes[pair.first], &b = block.passes[pair.second];
-    const std::size_t fewer = std::min(a.RecordedStates().size(), b.RecordedStates().size());
-    if (2 * shared.count < fewer || share(pair.first, pair.second)) continue;
+    if (share(pair.first, pair.second)) continue;
     if (remarks.size() < kNamed) {
       remarks.push_back(SameFlightRemark(a, b, shared));
     } else {

@@ -46,6 +46,10 @@ namespace sarblock {
 [[nodiscard]] std::vector<std::string> FindSameFlights(
     const Block& block, const std::function<bool(std::size_t, std::size_t)>& share);
 
+/// Passes of one flight, two or more each, by rising index: pairs of them have half of their
+/// recorded states or more in common, at the same times.
+[[nodiscard]] std::vector<std::vector<std::size_t>> FindFlights(const Block& block);
+
 /// Throws InputError naming a pass of a geocentric frame whose path runs nearer to the centre than
 /// half the smaller axis of the ellipsoid: local coordinates, or another body.
 void RequireAboveGround(const Block& block);

@@ -122,6 +122,8 @@ void ReorderPoints(const PointOrder& order, Block* block) {
   gather(&looks.cone);
   gather(&looks.range_sigma_m);
   gather(&looks.azimuth_sigma);
+  gather(&looks.range_delay_m);
+  gather(&looks.time_shift_s);
 }
 
 }  // namespace sarblock

@@ -175,6 +175,13 @@ std::vector<SetKey> SetKeysOf(const std::string& command_path) {
                     "how flight paths are made of recorded states (docs/formats.md)"});
     keys.push_back({"trajectory.sigma_m", {}, "standard deviation of recorded positions"});
     keys.push_back({"trajectory.sigma_mps", {}, "standard deviation of recorded velocities"});
+    keys.push_back({"reduction.troposphere",
+                    {"standard", "none"},
+                    "delay that is taken off ranges, or a table of the weather (docs/formats.md)"});
+    keys.push_back({"reduction.ionosphere", {"none"}, "table { tec_tecu, share_1 } to take off"});
+    keys.push_back({"reduction.tide", {"solid", "none"}, "tides that points are free of"});
+    keys.push_back({"reduction.range_m", {}, "constant that is taken off measured ranges"});
+    keys.push_back({"reduction.time_s", {}, "constant that is taken off measured times"});
   }
   return keys;
 }

@@ -59,6 +59,43 @@ void PrintTest(const AdjustResult& result, const AdjustOptions& options, Out out
   }
 }
 
+/// The terms of all passes together; by pass they are in summary.json.
+void PrintReductions(const AdjustResult& result, Out out) {
+  const std::vector<ReductionTerm>& terms = result.reductions.terms;
+  if (terms.empty()) return;
+  struct Row {
+    std::string term, unit;
+    double sum = 0.0, passes = 0.0, least = 0.0, largest = 0.0;
+  };
+  std::vector<Row> rows;
+  for (const ReductionTerm& term : terms) {
+    auto row = std::find_if(rows.begin(), rows.end(), [&](const Row& other) {
+      return other.term == term.term && other.unit == term.unit;
+    });
+    if (row == rows.end()) {
+      row = rows.insert(rows.end(), {term.term, term.unit, 0.0, 0.0, term.least, term.largest});
+    }
+    row->sum += term.mean;
+    row->passes += 1.0;
+    row->least = std::min(row->least, term.least);
+    row->largest = std::max(row->largest, term.largest);
+  }
+  fmt::format_to(out,
+                 "  taken off measured values {:>12} {:>12} {:>12}  passes\n",
+                 "mean",
+                 "least",
+                 "largest");
+  for (const Row& row : rows) {
+    fmt::format_to(out,
+                   "    {:<23} {:>12.5g} {:>12.5g} {:>12.5g}  {}\n",
+                   row.term + (row.unit == "m" ? " [m of range]" : " [s of time]"),
+                   row.sum / row.passes,
+                   row.least,
+                   row.largest,
+                   row.passes);
+  }
+}
+
 void PrintSigmas(const Block& block, const AdjustResult& result, Out out) {
   if (result.points.covariance_m2.empty()) return;
   std::array<std::vector<double>, 3> sigma_m;
@@ -369,6 +406,7 @@ std::string DescribeResult(const Block& block,
                    result.final_cost,
                    result.remaining_step);
   }
+  PrintReductions(result, out);
   text += DescribeVarianceComponents(result);
   PrintTest(result, options, out);
   PrintSelection(result.selection, out);

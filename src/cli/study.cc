@@ -2,7 +2,7 @@
 #include "studies/study.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/simulate/simulate.h"
+#include "sarblock/simulate/scene.h"
 #include "sarblock/tables/output.h"
 
 #include <algorithm>

@@ -98,6 +98,16 @@ double SecondsBetween(const UtcTime& from, const UtcTime& to) {
   return static_cast<double>(to.tai_whole - from.tai_whole) + (to.fraction_s - from.fraction_s);
 }
 
+int TaiMinusUtc_s(const UtcTime& time) {
+  int offset_s = kLeaps.front().tai_minus_utc_s;
+  for (const Leap& leap : kLeaps) {
+    if (time.tai_whole - leap.tai_minus_utc_s >= StartDay(leap) * kDay_s) {
+      offset_s = leap.tai_minus_utc_s;
+    }
+  }
+  return offset_s;
+}
+
 UtcTime WholeSecond(const UtcTime& time) { return {time.tai_whole, 0.0}; }
 
 namespace {
@@ -182,6 +192,20 @@ double BarycentricMinusTerrestrial_s(double terrestrial_s) {
 }
 
 }  // namespace
+
+namespace {
+
+constexpr double kJulianYear_s = 365.25 * static_cast<double>(kDay_s);
+
+}  // namespace
+
+double JulianYear(const UtcTime& time) {
+  return 2000.0 + SecondsBetween({kNoonOf2000, 0.0}, time) / kJulianYear_s;
+}
+
+UtcTime TimeOfJulianYear(double year) {
+  return AddSeconds({kNoonOf2000, 0.0}, (year - 2000.0) * kJulianYear_s);
+}
 
 double EphemerisTime_s(const UtcTime& time) {
   const double terrestrial_s = static_cast<double>(time.tai_whole - kNoonOf2000) +

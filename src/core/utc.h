@@ -23,6 +23,15 @@ struct UtcTime {
 /// Elapsed SI seconds; leap seconds between the two count.
 [[nodiscard]] double SecondsBetween(const UtcTime& from, const UtcTime& to);
 
+/// Whole seconds of TAI less UTC; within a leap second those before it.
+[[nodiscard]] int TaiMinusUtc_s(const UtcTime& time);
+
+/// Years of 365.25 days, 2000.0 at 2000-01-01T12:00:00, as epochs of reference frames are counted.
+[[nodiscard]] double JulianYear(const UtcTime& time);
+
+/// The time of such a year, to a microsecond.
+[[nodiscard]] UtcTime TimeOfJulianYear(double year);
+
 /// The whole second at or before a time.
 [[nodiscard]] UtcTime WholeSecond(const UtcTime& time);
 

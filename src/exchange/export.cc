@@ -7,11 +7,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/text.h"
 #include "files/geojson.h"
 #include "formats.h"
 #include "quality/covariance.h"
 
 namespace sarblock {
+
+std::string ExportView::Realization() const {
+  if (result.realization.empty() || std::isnan(result.epoch_year)) return result.realization;
+  return result.realization + " at " + NumberText(result.epoch_year);
+}
+
 namespace {
 
 void RequireGeocentric(const files::ResultFile& result, const char* format) {

@@ -54,6 +54,8 @@ struct ExportView {
   std::vector<std::uint32_t> points;  ///< solved ones, in their order
 
   [[nodiscard]] bool HasCovariance(std::uint32_t point) const;
+  /// What positions refer to: "ITRF2014 at 2022.79"; empty: not known.
+  [[nodiscard]] std::string Realization() const;
   [[nodiscard]] const Eigen::Vector3d& Position_m(std::uint32_t point) const {
     return result.points.results.position_m[point];
   }

@@ -430,8 +430,14 @@ class GeopackageWriter {
     when.insert(when.size() - 1, ".000");
     Insert contents(database_,
                     "INSERT INTO gpkg_contents (table_name, data_type, identifier, description, "
-                    "last_change, srs_id) VALUES (?,'features',?,'written by sarblock',?,?)");
-    contents.Text(name).Text(name).Text(when).Integer(system_).Row();
+                    "last_change, srs_id) VALUES (?,'features',?,?,?,?)");
+    const std::string realization = view_.Realization();
+    contents.Text(name)
+        .Text(name)
+        .Text("written by sarblock" + (realization.empty() ? "" : "; positions in " + realization))
+        .Text(when)
+        .Integer(system_)
+        .Row();
     Insert column(database_, "INSERT INTO gpkg_geometry_columns VALUES (?,'geom',?,?,?,0)");
     column.Text(name).Text(type).Integer(system_).Integer(z).Row();
   }

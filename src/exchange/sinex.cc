@@ -231,13 +231,16 @@ class SinexWriter {
         " Technique C: the format has no code for radar ranges.\n"
         " Points and their site codes: the table .sites.csv next to this file.\n"
         " Standard deviations {} the a-posteriori variance factor.\n"
-        "{}"
+        "{}{}"
         "-FILE/COMMENT\n",
         Ascii(ellipsoid.name, 20),
         ellipsoid.a_m,
         ellipsoid.flattening,
         view_.result.summary.sigma_scaled_by_posterior ? "are scaled by" : "do not contain",
-        " Correlations of different points that are not listed are not known.\n");
+        " Correlations of different points that are not listed are not known.\n",
+        view_.result.realization.empty()
+            ? ""
+            : fmt::format(" Frame: {}.\n", Ascii(view_.Realization(), 60)));
   }
 
   void Statistics() {
@@ -281,6 +284,7 @@ class SinexWriter {
   void Estimates(const SinexCovariance& covariance) {
     Add("+SOLUTION/ESTIMATE\n"
         "*INDEX TYPE__ CODE PT SOLN _REF_EPOCH__ UNIT S __ESTIMATED VALUE____ _STD_DEV___\n");
+    const double epoch_year = view_.result.epoch_year;
     for (std::size_t i = 0; i < codes_.size(); ++i) {
       const Eigen::Vector3d& p_m = view_.Position_m(view_.points[i]);
       for (Eigen::Index k = 0; k < 3; ++k) {
@@ -288,7 +292,7 @@ class SinexWriter {
             3 * i + static_cast<std::size_t>(k) + 1,
             "XYZ"[k],
             codes_[i],
-            span_.middle,
+            std::isnan(epoch_year) ? span_.middle : SinexTime(TimeOfJulianYear(epoch_year)),
             p_m[k],
             std::sqrt(covariance.own[i](k, k)));
       }

@@ -80,6 +80,27 @@ std::string WrapHint(const FlightPath& path, double time_s) {
          " that begin again";
 }
 
+/// What a row says to take off: range_delay_m, time_shift_s.
+struct GivenReduction {
+  double range_m = 0.0, time_s = 0.0;
+};
+GivenReduction ReadGivenReduction(const Row& row) {
+  // The ionosphere delays long waves by some hundreds of metres; a shift of a second would be an
+  // error of the clock, which is a correction to estimate.
+  constexpr double kLargest_m = 10e3, kLargest_s = 1.0;
+  const auto bounded = [&row](std::size_t column, double largest) {
+    const double value = row.Number(column);
+    if (std::abs(value) > largest) {
+      row.Fail(column,
+               "must be between -" + NumberText(largest) + " and " + NumberText(largest) +
+                   ", got " + NumberText(value));
+    }
+    return std::isnan(value) ? 0.0 : value;
+  };
+  return {bounded(kLookColumns("range_delay_m"), kLargest_m),
+          bounded(kLookColumns("time_shift_s"), kLargest_s)};
+}
+
 RadarCoordinates ReadMeasured(const Row& row, const Pass& pass, const ReadOptions& options) {
   const bool image = row.Given(kLookColumns("line")) || row.Given(kLookColumns("pixel"));
   const RadarCoordinates radar =
@@ -314,11 +335,19 @@ void ReadRows(const BlockReading& reading, Batch* batch, Looks* rows) {
       azimuth_sigma = ReadAzimuthSigma(row, pass, &flags);
       same[pass_index] = !own && std::isnan(pixel_sigma_px);
     }
+    const GivenReduction reduction = ReadGivenReduction(row);
+    if (radar.range_m <= reduction.range_m) {
+      row.Fail(kLookColumns("range_delay_m"),
+               "must be less than the range, " + NumberText(radar.range_m) + ", got " +
+                   NumberText(reduction.range_m));
+    }
+    Append(reduction.range_m, 0.0, row.number(), &looks.range_delay_m);
+    Append(reduction.time_s, 0.0, row.number(), &looks.time_shift_s);
     Append(cone, 0.0, row.number(), &looks.cone);
     Append(range_sigma_m, kNotGiven, row.number(), &looks.range_sigma_m);
     Append(azimuth_sigma, kNotGiven, row.number(), &looks.azimuth_sigma);
-    looks.time_s.push_back(radar.time_s);
-    looks.range_m.push_back(radar.range_m);
+    looks.time_s.push_back(radar.time_s - reduction.time_s);
+    looks.range_m.push_back(radar.range_m - reduction.range_m);
     looks.pass.push_back(pass_index);
     looks.flags.push_back(flags);
   };
@@ -350,6 +379,8 @@ void AppendRows(const Looks& part, Looks* all) {
   Concatenate(part.cone, 0.0, before, &all->cone);
   Concatenate(part.range_sigma_m, kNotGiven, before, &all->range_sigma_m);
   Concatenate(part.azimuth_sigma, kNotGiven, before, &all->azimuth_sigma);
+  Concatenate(part.range_delay_m, 0.0, before, &all->range_delay_m);
+  Concatenate(part.time_shift_s, 0.0, before, &all->time_shift_s);
   Concatenate(part.time_s, &all->time_s);
   Concatenate(part.range_m, &all->range_m);
   Concatenate(part.pass, &all->pass);
@@ -403,6 +434,8 @@ void ReadLooks(BlockReading* reading) {
   fill(0.0, &looks.cone);
   fill(kNotGiven, &looks.range_sigma_m);
   fill(kNotGiven, &looks.azimuth_sigma);
+  fill(0.0, &looks.range_delay_m);
+  fill(0.0, &looks.time_shift_s);
   WarnOfDoubts(*table, &reading->result.warnings);
   table.reset();  // sorting takes the most memory
   Looks& sorted = reading->result.block.looks;

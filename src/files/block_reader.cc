@@ -18,6 +18,7 @@
 #include "core/text.h"
 #include "core/threads.h"
 #include "correction_options.h"
+#include "reduction/frames.h"
 #include "tables/open.h"
 #include "tables/toml.h"
 #include <fmt/format.h>
@@ -152,6 +153,7 @@ BlockFile ReadBlockFrom(const TableSource& source, const ReadOptions& options) {
   WarnOfNearNames(listed, &reading);
   WarnOfRejectedPasses(&reading);
   SetStripSpans(reading.strip_spans_s, &reading.result.block);
+  RequireReductions(reading.result.block, reading.pass_places);
   if (options.contradictions == Contradictions::kRefuse) {
     RequireAboveGround(reading.result.block);
     RequireBodyFixedStates(reading.result.block);
@@ -395,9 +397,34 @@ namespace {
 
 constexpr const char* kBlockFormat = "sarblock-block 1";
 
+// Which realization positions refer to, and when.
+void ReadRealization(const TomlTable& table, Block* block) {
+  const auto realization = table.Find("realization"), epoch = table.Find("epoch");
+  for (const auto& value : {realization, epoch}) {
+    if (value && !IsEarth(block->frame)) {
+      value->Fail("belongs to geocentric frames of the Earth, this one has none");
+    }
+  }
+  const auto checked = [](const TomlValue& value, const auto& read) {
+    try {
+      read();
+    } catch (const InputError& error) {
+      value.Fail(error.problem());
+    }
+  };
+  if (realization) {
+    checked(*realization,
+            [&] { block->realization = ReferenceFrames().Named(realization->Text()); });
+  }
+  if (epoch) {
+    block->epoch_year = epoch->Number();
+    checked(*epoch, [&] { RequireEpoch(block->epoch_year); });
+  }
+}
+
 Frame ReadFrame(const TomlTable& file) {
   const TomlTable table(file.Require("frame", "a table [frame] with kind"));
-  table.RefuseOthers({"kind", "ellipsoid"});
+  table.RefuseOthers({"kind", "ellipsoid", "realization", "epoch"});
   const std::vector<std::string> kinds{"local", "geocentric"};
   const bool local = table.Require("kind", Listed(kinds)).OneOf(kinds) == 0;
   if (!local) return Frame::Geocentric(ReadEllipsoid(table.Require("ellipsoid", "its name")));
@@ -468,6 +495,7 @@ void ReadImageGrid(const TomlTable& table, Pass* pass, BlockReading* reading) {
 void ReadPass(const TomlTable& table,
               const LookSigma& standard,
               const TrajectoryOptions& trajectory,
+              const ReductionModels& reduction,
               BlockReading* reading) {
   table.RefuseOthers({"id",
                       "look",
@@ -481,6 +509,7 @@ void ReadPass(const TomlTable& table,
                       "epoch_utc",
                       "image",
                       "trajectory",
+                      "reduction",
                       "squint_deg",
                       "swath_look_deg",
                       "swath_ground_m",
@@ -509,6 +538,10 @@ void ReadPass(const TomlTable& table,
   pass.recorded.asked = trajectory;
   if (const auto own = table.Find("trajectory")) {
     ReadTrajectoryTable(TomlTable(*own), &pass.recorded.asked);
+  }
+  pass.reduction = reduction;
+  if (const auto own = table.Find("reduction")) {
+    pass.reduction = ReadReduction(TomlTable(*own), reduction);
   }
   ReadImageGrid(table, &pass, reading);
   pass.swath = ReadSwath([&table](const std::string& key) { return table.Find(key); });
@@ -542,12 +575,14 @@ void ReadBlockToml(BlockReading* reading) {
   if (format.Text() != kBlockFormat) {
     format.Fail(Quoted(format.Text()) + " is not known, \"" + kBlockFormat + "\" is allowed");
   }
-  file.RefuseOthers({"format", "name", "frame", "sigma", "trajectory", "adjust", "pass"});
+  file.RefuseOthers(
+      {"format", "name", "frame", "sigma", "trajectory", "reduction", "adjust", "pass"});
   ApplyOverrides(reading->options.set_overrides, &parsed);
   Block& block = reading->result.block;
   const auto block_name = file.Find("name");
   block.name = block_name ? block_name->Text() : reading->source.DefaultName();
   block.frame = ReadFrame(file);
+  ReadRealization(TomlTable(*file.Find("frame")), &block);
   LookSigma standard;
   if (const auto sigma = file.Find("sigma")) {
     const TomlTable table(*sigma);
@@ -558,9 +593,13 @@ void ReadBlockToml(BlockReading* reading) {
   if (const auto given = file.Find("trajectory")) {
     ReadTrajectoryTable(TomlTable(*given), &trajectory);
   }
+  ReductionModels reduction;
+  if (const auto given = file.Find("reduction")) {
+    reduction = ReadReduction(TomlTable(*given), reduction);
+  }
   const TomlValue passes = file.Require("pass", "a table [[pass]] for every pass");
   for (const TomlValue& pass : passes.Entries()) {
-    ReadPass(TomlTable(pass), standard, trajectory, reading);
+    ReadPass(TomlTable(pass), standard, trajectory, reduction, reading);
   }
   if (block.passes.empty()) passes.Fail("is empty, a table [[pass]] for every pass is needed");
   std::vector<std::string> ids;

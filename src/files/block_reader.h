@@ -108,4 +108,19 @@ SceneTrajectoryError ReadTrajectoryError(SceneTable& table, const std::filesyste
 /// The `ellipsoid` of a block's or a scene's frame: a name, or { a_m = ..., f = ... }.
 [[nodiscard]] Ellipsoid ReadEllipsoid(const TomlValue& value);
 
+/// Reads `[reduction]` of a block, of a pass or of a scene, or `[truth.delay]` (docs/formats.md).
+/// Keys that are left out are as in `standard`.
+[[nodiscard]] ReductionModels ReadReduction(const TomlTable& table,
+                                            const ReductionModels& standard);
+
+/// The keys of that table.
+[[nodiscard]] const std::vector<std::string>& ReductionKeys();
+
+/// The same as a table of TOML with a header of that name; nothing where there are no models.
+[[nodiscard]] std::string ReductionText(const ReductionModels& models, std::string_view name);
+
+/// Throws InputError for models that the block's passes cannot have (FindProblem()); `places` of
+/// the passes.
+void RequireReductions(const Block& block, const std::vector<FilePlace>& places);
+
 }  // namespace sarblock::files

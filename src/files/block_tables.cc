@@ -11,6 +11,7 @@
 #include <span>
 #include <sstream>
 #include <string_view>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -20,6 +21,7 @@
 #include "core/threads.h"
 #include "geometry/state_checks.h"
 #include "model/priors.h"
+#include "reduction/frames.h"
 #include "tables/csv.h"
 #include "tables/open.h"
 #include "tables/toml.h"
@@ -184,12 +186,14 @@ namespace {
 
 constexpr std::array kPointSigmas = kPointColumns("sigma_e_m", "sigma_n_m", "sigma_u_m");
 
+constexpr std::array kVelocities = kPointColumns("vx_mpy", "vy_mpy", "vz_mpy");
+
 // Three cells that are given together or not at all.
 bool AllGiven(const Row& row, const std::array<std::size_t, 3>& columns) {
   const auto given = [&row](std::size_t column) { return row.Given(column); };
   if (std::none_of(columns.begin(), columns.end(), given)) return false;
   for (const std::size_t column : columns) {
-    if (!given(column)) row.Fail(column, "is empty, all three coordinates are needed or none");
+    if (!given(column)) row.Fail(column, "is empty, all three components are needed or none");
   }
   return true;
 }
@@ -325,6 +329,115 @@ void ReadPointRow(const Row& row, const Frame& frame, PointRows* rows) {
   }
 }
 
+/// Takes positions to the realization and the epoch of the block, and heights above a geoid to the
+/// ellipsoid.
+class PointReference {
+ public:
+  PointReference(const TableReader& table, const Block& block) : block_(block) {
+    for (const std::size_t column :
+         kPointColumns("frame", "epoch", "vx_mpy", "vy_mpy", "vz_mpy", "geoid")) {
+      any_ = any_ || table.Has(column);
+    }
+  }
+
+  void Refer(const Batch& batch, PointRows* rows) {
+    if (!any_) return;
+    auto known = rows->known.begin();
+    for (std::size_t i = 0; i < rows->given_m.size(); ++i) {
+      const Row row(batch, i);
+      if (row.Given(kGeoid)) RaiseByGeoid(row, &rows->given_m[i]);
+      if (known == rows->known.end() || known->point != i) continue;
+      Refer(row, &rows->given_m[i], &known->velocity_mpy);
+      ++known;
+    }
+  }
+
+ private:
+  static constexpr std::size_t kFrame = kPointColumns("frame"), kEpoch = kPointColumns("epoch"),
+                               kGeoid = kPointColumns("geoid");
+
+  ReferenceFrames& Frames() {
+    if (!frames_) frames_ = std::make_unique<ReferenceFrames>();
+    return *frames_;
+  }
+
+  template <typename Read>
+  static auto Checked(const Row& row, std::size_t column, const Read& read) {
+    try {
+      return read();
+    } catch (const InputError& error) {
+      row.Fail(column, error.problem());
+    }
+  }
+
+  void RaiseByGeoid(const Row& row, Eigen::Vector3d* position_m) {
+    if (!row.Given(kPointColumns("h_m"))) row.Fail(kGeoid, "belongs to h_m, which is empty");
+    if (!IsEarth(block_.frame)) row.Fail(kGeoid, "belongs to frames of the Earth");
+    const Geodetic place = block_.frame.GeodeticFromFrame(*position_m);
+    const double geoid_m = Checked(row, kGeoid, [&] {
+      return Frames().GeoidHeight_m(row.Text(kGeoid), place.lat_rad, place.lon_rad);
+    });
+    *position_m =
+        block_.frame.FrameFromGeodetic({place.lat_rad, place.lon_rad, place.h_m + geoid_m});
+  }
+
+  void Refer(const Row& row, Eigen::Vector3d* position_m, Eigen::Vector3d* velocity_mpy) {
+    const bool has_epoch = !std::isnan(block_.epoch_year);
+    for (const auto& [column, missing, key] :
+         {std::tuple{kFrame, block_.realization.empty(), "realization"},
+          std::tuple{kFrame, !has_epoch, "epoch"},
+          std::tuple{kEpoch, !has_epoch, "epoch"},
+          std::tuple{kVelocities[0], !has_epoch, "epoch"}}) {
+      if (missing && row.Given(column)) {
+        row.Fail(column, std::string("needs ") + key + " of [frame] in block.toml");
+      }
+    }
+    const bool moves = AllGiven(row, kVelocities);
+    MovingPoint point{*position_m};
+    if (moves) point.velocity_mpy = Velocity_mpy(row);
+    double epoch_year = block_.epoch_year;
+    if (row.Given(kEpoch)) {
+      epoch_year = row.Number(kEpoch);
+      Checked(row, kEpoch, [&] { RequireEpoch(epoch_year); });
+    }
+    const std::string frame =
+        row.Given(kFrame) ? Checked(row, kFrame, [&] { return Frames().Named(row.Text(kFrame)); })
+                          : block_.realization;
+    const double years = block_.epoch_year - epoch_year;
+    // Without a velocity, a point is at rest on its plate where the frame is too.
+    const bool rests = !moves && row.Given(kFrame) && Frames().MovesWithPlate(frame);
+    if (!moves && !rests && years != 0.0 && has_epoch) {
+      row.Fail(kVelocities[0],
+               "is empty, a velocity takes the point from " + NumberText(epoch_year) +
+                   " to the block's epoch, " + NumberText(block_.epoch_year));
+    }
+    if (frame != block_.realization) {
+      point = Checked(row, kFrame, [&] {
+        return Frames().Transform(frame, block_.realization, epoch_year, point);
+      });
+    }
+    if (moves || rests) *velocity_mpy = point.velocity_mpy;
+    *position_m = years != 0.0 && has_epoch ? point.After(years).position_m : point.position_m;
+  }
+
+  static Eigen::Vector3d Velocity_mpy(const Row& row) {
+    constexpr double kFast_mpy = 1.0;
+    Eigen::Vector3d velocity_mpy;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double value_mpy = row.Number(kVelocities[k]);
+      if (!(std::abs(value_mpy) < kFast_mpy)) {
+        row.Fail(kVelocities[k], "must be below 1, in metres a year, got " + NumberText(value_mpy));
+      }
+      velocity_mpy[static_cast<Eigen::Index>(k)] = value_mpy;
+    }
+    return velocity_mpy;
+  }
+
+  const Block& block_;
+  bool any_ = false;
+  std::unique_ptr<ReferenceFrames> frames_;
+};
+
 /// Reads rows up to the first with an error, which the batch keeps.
 void ReadPointRows(const Frame& frame, Batch* batch, PointRows* rows) {
   *rows = {};
@@ -377,11 +490,13 @@ void ReadPoints(BlockReading* reading) {
   Points& points = reading->result.block.points;
   ReserveInLargePages(table->RowsLeft(), &points.role);
   ReserveInLargePages(table->RowsLeft(), &points.given_m);
+  PointReference reference(*table, reading->result.block);
   std::size_t tie_sigmas = 0;
   ForBatches<PointRows>(
       table.get(),
       [&](Batch* batch, PointRows* rows) { ReadPointRows(frame, batch, rows); },
       [&](Batch* batch, PointRows* rows) {
+        reference.Refer(*batch, rows);
         AppendPoints(*batch, *rows, &points);
         tie_sigmas += rows->tie_sigmas;
         Step(reading->options.progress, "read", points.size(), 0, "points");

@@ -69,16 +69,20 @@ std::string SwathText(const Swath& swath) {
          ShortText(swath.limits[1], key.factor) + "]\n";
 }
 
-std::string FrameText(const Frame& frame) {
-  if (frame.kind() == FrameKind::kLocal) return "[frame]\nkind = \"local\"\n";
-  const Ellipsoid& ellipsoid = frame.ellipsoid();
+std::string FrameText(const Block& block) {
+  if (block.frame.kind() == FrameKind::kLocal) return "[frame]\nkind = \"local\"\n";
+  const Ellipsoid& ellipsoid = block.frame.ellipsoid();
   std::string text = "[frame]\nkind = \"geocentric\"\nellipsoid = ";
   const auto& names = EllipsoidNames();
   if (std::find(names.begin(), names.end(), ellipsoid.name) != names.end()) {
-    return text + TomlText(ellipsoid.name) + "\n";
+    text += TomlText(ellipsoid.name) + "\n";
+  } else {
+    text += "{ a_m = " + NumberText(ellipsoid.a_m) + ", f = " + NumberText(ellipsoid.flattening) +
+            " }\n";
   }
-  return text + "{ a_m = " + NumberText(ellipsoid.a_m) +
-         ", f = " + NumberText(ellipsoid.flattening) + " }\n";
+  if (!block.realization.empty()) text += "realization = " + TomlText(block.realization) + "\n";
+  if (!std::isnan(block.epoch_year)) text += "epoch = " + NumberText(block.epoch_year) + "\n";
+  return text;
 }
 
 std::string BlockTomlText(const Block& block, const AdjustTable& adjust) {
@@ -89,7 +93,7 @@ std::string BlockTomlText(const Block& block, const AdjustTable& adjust) {
         return SameTrajectory(pass.recorded.asked, block.passes.front().recorded.asked);
       });
   if (one_trajectory) text += TrajectoryText(block.passes.front().recorded.asked);
-  text += FrameText(block.frame);
+  text += FrameText(block);
   const bool one_sigma =
       !block.passes.empty() &&
       std::all_of(block.passes.begin(), block.passes.end(), [&block](const Pass& pass) {
@@ -99,6 +103,12 @@ std::string BlockTomlText(const Block& block, const AdjustTable& adjust) {
     text += "[sigma]\n";
     AppendSigma(block.passes.front().sigma, "", &text);
   }
+  const bool one_reduction =
+      !block.passes.empty() &&
+      std::all_of(block.passes.begin(), block.passes.end(), [&block](const Pass& pass) {
+        return pass.reduction == block.passes.front().reduction;
+      });
+  if (one_reduction) text += ReductionText(block.passes.front().reduction, "reduction");
   text += DumpAdjustTable(adjust);
   for (const Pass& pass : block.passes) {
     text += "[[pass]]\nid = " + TomlText(pass.id) + "\nlook = ";
@@ -115,6 +125,7 @@ std::string BlockTomlText(const Block& block, const AdjustTable& adjust) {
     if (pass.swath) text += SwathText(*pass.swath);
     if (!pass.epoch_utc.empty()) text += "epoch_utc = " + TomlText(pass.epoch_utc) + "\n";
     if (!one_trajectory) text += TrajectoryText(pass.recorded.asked);
+    if (!one_reduction) text += ReductionText(pass.reduction, "pass.reduction");
     if (pass.image) text += ImageTableText(*pass.image);
   }
   return text;
@@ -124,11 +135,16 @@ void WritePoints(TableSink* sink, const Block& block) {
   constexpr const auto& kColumns = kPointColumns;
   constexpr std::array kSigmas = kColumns("sigma_e_m", "sigma_n_m", "sigma_u_m");
   constexpr std::array kCovariances = kColumns("cov_en_m2", "cov_eu_m2", "cov_nu_m2");
-  // Positions are written in the axes of the frame.
-  constexpr std::array<std::string_view, 3> kGeodetic{"lat_deg", "lon_deg", "h_m"};
-  const auto table = sink->Open("points", kColumns, kGeodetic);
-  constexpr const char* kRoles[] = {"tie", "control", "check"};
+  constexpr std::array kMotion = kColumns("vx_mpy", "vy_mpy", "vz_mpy");
   const Points& points = block.points;
+  // Positions are written in the axes of the frame, at its epoch.
+  std::vector<std::string_view> left_out{"lat_deg", "lon_deg", "h_m", "frame", "epoch", "geoid"};
+  const auto moves = [](const KnownPosition& known) { return !known.velocity_mpy.isZero(0.0); };
+  if (std::none_of(points.known.begin(), points.known.end(), moves)) {
+    for (const std::size_t column : kMotion) left_out.push_back(kColumns.columns[column].name);
+  }
+  const auto table = sink->Open("points", kColumns, left_out);
+  constexpr const char* kRoles[] = {"tie", "control", "check"};
   WriteEach(points.size(), table.get(), [&](std::size_t i, Batch* batch) {
     const auto index = static_cast<std::uint32_t>(i);
     NewRow row(batch);
@@ -149,6 +165,7 @@ void WritePoints(TableSink* sink, const Block& block) {
       if (covariance(a, b) != 0.0) row.Number(kCovariances[k], covariance(a, b));
       ++k;
     }
+    if (moves(*known)) row.Numbers(kMotion, known->velocity_mpy);
   });
   table->Commit();
 }
@@ -183,6 +200,8 @@ std::vector<std::string_view> ColumnsLeftOut(const Block& block) {
         std::pair{azimuth[static_cast<std::size_t>(AzimuthUnit::kMetres)], "azimuth_sigma_m"},
         std::pair{azimuth[static_cast<std::size_t>(AzimuthUnit::kSeconds)], "time_sigma_s"},
         std::pair{azimuth[static_cast<std::size_t>(AzimuthUnit::kHertz)], "doppler_sigma_hz"},
+        std::pair{!looks.range_delay_m.empty(), "range_delay_m"},
+        std::pair{!looks.time_shift_s.empty(), "time_shift_s"},
         std::pair{rejected, "rejected"}}) {
     if (!needed) left_out.emplace_back(column);
   }
@@ -197,7 +216,12 @@ void WriteLooks(TableSink* sink, const Block& block, const IdTable& pass_ids) {
     NewRow row(batch);
     row.Id(kColumns("pass"), pass_ids, looks.pass[i]);
     row.Id(kColumns("point"), block.points.ids, static_cast<std::uint32_t>(point));
-    row.Number(kColumns("time_s"), looks.time_s[i]).Number(kColumns("range_m"), looks.range_m[i]);
+    const RadarCoordinates measured = block.Measured(i);
+    row.Number(kColumns("time_s"), measured.time_s).Number(kColumns("range_m"), measured.range_m);
+    if (!looks.range_delay_m.empty()) {
+      row.Number(kColumns("range_delay_m"), looks.range_delay_m[i]);
+    }
+    if (!looks.time_shift_s.empty()) row.Number(kColumns("time_shift_s"), looks.time_shift_s[i]);
     const double cone = looks.cone.empty() ? 0.0 : looks.cone[i];
     if ((looks.flags[i] & Looks::kDoppler) != 0) {
       row.Number(kColumns("doppler_hz"), cone);

@@ -311,11 +311,13 @@ void ReadResultLooks(ResultReading* reading) {
        {kColumns("azimuth_mdb_m"), &looks.mdb_m[1]},
        {kColumns("range_influence_m"), &looks.influence_m[0]},
        {kColumns("azimuth_influence_m"), &looks.influence_m[1]}}};
-  const std::array<std::pair<std::size_t, std::vector<double>*>, 4> image{
+  const std::array<std::pair<std::size_t, std::vector<double>*>, 6> optional{
       {{kColumns("line"), &looks.line_px},
        {kColumns("pixel"), &looks.pixel_px},
        {kColumns("line_residual_px"), &looks.line_residual_px},
-       {kColumns("pixel_residual_px"), &looks.pixel_residual_px}}};
+       {kColumns("pixel_residual_px"), &looks.pixel_residual_px},
+       {kColumns("reduction_range_m"), &looks.reduction_range_m},
+       {kColumns("reduction_time_s"), &looks.reduction_time_s}}};
   IdFinder passes("pass", reading->pass_ids, kSummaryFile);
   IdFinder points("point", reading->result.points.ids, kPointsFile);
   ForRows(table.get(), [&](const Row& row) {
@@ -329,7 +331,7 @@ void ReadResultLooks(ResultReading* reading) {
     looks.rejected.push_back(row.Flag(kColumns("rejected")) ? 1 : 0);
     looks.reason.push_back(ReadEnum(row, kColumns("reason"), RejectReason::kSuspect));
     looks.finding.push_back(row.Count(kColumns("finding")));
-    for (const auto& [column, values] : image) values->push_back(row.Number(column));
+    for (const auto& [column, values] : optional) values->push_back(row.Number(column));
     StepRows(*reading, looks.size(), "looks");
   });
   if (looks.size() != reading->looks) {
@@ -338,7 +340,7 @@ void ReadResultLooks(ResultReading* reading) {
                          std::to_string(reading->looks) + ": files of two results");
   }
   for (const auto& [column, values] : quality) DropIfEmpty(values);
-  for (const auto& [column, values] : image) DropIfEmpty(values);
+  for (const auto& [column, values] : optional) DropIfEmpty(values);
 }
 
 void ReadResultControl(ResultReading* reading) {
@@ -645,6 +647,14 @@ void ReadSections(const JsonValue& root, ResultSummary* summary) {
                                NumberIn(entry, "lower"),
                                NumberIn(entry, "upper")});
   }
+  for (const JsonValue& entry : EntriesIn(root, "reductions")) {
+    summary->reductions.push_back({TextIn(entry, "pass"),
+                                   TextIn(entry, "term"),
+                                   TextIn(entry, "unit"),
+                                   NumberIn(entry, "mean"),
+                                   NumberIn(entry, "least"),
+                                   NumberIn(entry, "largest")});
+  }
   for (const JsonValue& entry : EntriesIn(root, "differences")) {
     summary->differences.push_back({TextIn(entry, "direction") == "along",
                                     CountIn(entry, "pairs"),
@@ -710,7 +720,10 @@ void ReadResultSummary(ResultReading* reading) {
   for (const JsonValue& reason : EntriesIn(root, "verdict_reasons")) {
     summary.verdict_reasons.push_back(reason.Text());
   }
-  result.frame = ReadFrame(RequireNewer(root, "frame"));
+  const JsonValue frame = RequireNewer(root, "frame");
+  result.frame = ReadFrame(frame);
+  result.realization = TextIn(frame, "realization");
+  result.epoch_year = NumberIn(frame, "epoch");
   ReadPasses(RequireNewer(root, "passes"), reading);
   ReadCounts(root.Require("counts"), reading);
   summary.iterations = root.Require("iterations").Count();

@@ -328,7 +328,7 @@ void WritePixelResiduals(const ResultView& view, std::size_t look, std::size_t p
   const LookResults& looks = view.result.looks;
   const Pass& pass = block.passes[block.looks.pass[look]];
   if (!pass.image) return;
-  const RadarCoordinates radar{block.looks.time_s[look], block.looks.range_m[look]};
+  const RadarCoordinates radar = block.Measured(look);
   if (const auto image = ImageFromRadar(*pass.image, radar)) {
     row->Number(kColumns("line"), image->line_px).Number(kColumns("pixel"), image->pixel_px);
   }
@@ -352,8 +352,12 @@ void WriteResidualTable(TableSink* sink, const ResultView& view) {
   });
   constexpr std::array<std::string_view, 4> kOfImages{
       "line", "pixel", "line_residual_px", "pixel_residual_px"};
-  const auto table =
-      sink->Open("residuals", kColumns, std::span(kOfImages).first(image ? 0 : kOfImages.size()));
+  const Reductions& reductions = view.result.reductions;
+  std::vector<std::string_view> left_out;
+  if (!image) left_out.assign(kOfImages.begin(), kOfImages.end());
+  if (reductions.range_m.empty()) left_out.emplace_back("reduction_range_m");
+  if (reductions.time_s.empty()) left_out.emplace_back("reduction_time_s");
+  const auto table = sink->Open("residuals", kColumns, left_out);
   const LookResults& looks = view.result.looks;
   const BlunderSizes sizes(view.block, view.options, view.result, view.result.posterior_factor);
   const std::vector<std::uint32_t> finding = FindingOfLook(view);
@@ -375,6 +379,12 @@ void WriteResidualTable(TableSink* sink, const ResultView& view) {
     if (!looks.reason.empty()) row.Text(kColumns("reason"), sarblock::NameOf(looks.reason[i]));
     if (finding[i] > 0) row.Integer(kColumns("finding"), finding[i]);
     WritePixelResiduals(view, i, point, &row);
+    if (!reductions.range_m.empty()) {
+      row.Number(kColumns("reduction_range_m"), reductions.range_m[i]);
+    }
+    if (!reductions.time_s.empty()) {
+      row.Number(kColumns("reduction_time_s"), reductions.time_s[i]);
+    }
   };
   WriteRows(block.looks.size(), table.get(), [&](std::size_t begin, std::size_t end, Batch* batch) {
     ForLooks(block.looks, begin, end, [&](std::size_t i, std::size_t point) {

@@ -69,6 +69,7 @@ SceneFlight ReadFlight(SceneTable& table) {
   table.Number("wavelength_m", &flight.wavelength_m);
   table.Number("range_sigma_m", &flight.range_sigma_m);
   table.Number("azimuth_sigma_m", &flight.azimuth_sigma_m);
+  table.Text("epoch_utc", &flight.epoch_utc);
   table.Finish();
   return flight;
 }
@@ -281,6 +282,13 @@ SceneControl ReadSceneControl(SceneTable& table, SceneControl::Layout default_la
   return known;
 }
 
+ReductionModels ReadTruth(SceneTable& table) {
+  ReductionModels delay;
+  if (const auto t = table.Take("delay")) delay = ReadReduction(TomlTable(*t), {});
+  table.Finish();
+  return delay;
+}
+
 void ReadSceneFrame(SceneTable& table, Scene* scene) {
   std::string kind = "local";
   table.Choice<std::string>("kind", {{"local", "local"}, {"geocentric", "geocentric"}}, &kind);
@@ -330,6 +338,8 @@ Scene ParseSceneIn(const std::filesystem::path* folder,
   if (auto t = table.Table("check")) {
     scene.check = ReadSceneControl(*t, SceneControl::Layout::kRandom);
   }
+  if (auto t = table.Table("truth")) scene.delay = ReadTruth(*t);
+  if (const auto t = table.Take("reduction")) scene.reduction = ReadReduction(TomlTable(*t), {});
   if (const auto adjust = table.Take("adjust")) {
     scene.adjust_toml = sarblock::TextOf(toml::table{{"adjust", TomlTable(*adjust).table()}});
   }
@@ -378,6 +388,10 @@ std::vector<std::string> SceneKeys() {
   add("points", [](SceneTable& table) { ReadPoints(table); });
   for (const char* name : {"control", "check"}) {
     add(name, [](SceneTable& table) { ReadSceneControl(table, SceneControl::Layout::kNone); });
+  }
+  for (const std::string& key : ReductionKeys()) {
+    keys.push_back("truth.delay." + key);
+    keys.push_back("reduction." + key);
   }
   return keys;
 }

@@ -45,12 +45,15 @@ const char* NameOf(AdjustStatus status) {
   return "";
 }
 
-Json FrameJson(const Frame& frame) {
-  if (frame.kind() == FrameKind::kLocal) return {{"kind", "local"}};
-  const Ellipsoid& ellipsoid = frame.ellipsoid();
-  return {{"kind", "geocentric"},
-          {"ellipsoid",
-           {{"name", ellipsoid.name}, {"a_m", ellipsoid.a_m}, {"f", ellipsoid.flattening}}}};
+Json FrameJson(const Block& block) {
+  if (block.frame.kind() == FrameKind::kLocal) return {{"kind", "local"}};
+  const Ellipsoid& ellipsoid = block.frame.ellipsoid();
+  Json json = {{"kind", "geocentric"},
+               {"ellipsoid",
+                {{"name", ellipsoid.name}, {"a_m", ellipsoid.a_m}, {"f", ellipsoid.flattening}}}};
+  if (!block.realization.empty()) json["realization"] = block.realization;
+  if (!std::isnan(block.epoch_year)) json["epoch"] = block.epoch_year;
+  return json;
 }
 
 /// How the recorded flight of a pass was read and what that does to a point.
@@ -135,6 +138,19 @@ Json Groups(const AdjustResult& result) {
   return groups;
 }
 
+Json ReductionsJson(const Block& block, const AdjustResult& result) {
+  Json terms = Json::array();
+  for (const ReductionTerm& term : result.reductions.terms) {
+    terms.push_back({{"pass", block.passes[term.pass].id},
+                     {"term", term.term},
+                     {"unit", term.unit},
+                     {"mean", term.mean},
+                     {"least", term.least},
+                     {"largest", term.largest}});
+  }
+  return terms;
+}
+
 Json Selection(const SelectionReport& selection) {
   Json kept = Json::array(), held = Json::array();
   for (const CandidateResult& candidate : selection.candidates) {
@@ -191,7 +207,7 @@ std::string Summary(const Block& block,
   summary["verdict"] = NameOf(result.assessment.verdict);
   summary["verdict_reasons"] = result.assessment.reasons;
   summary["accepted"] = result.usable();
-  summary["frame"] = FrameJson(block.frame);
+  summary["frame"] = FrameJson(block);
   summary["passes"] = PassesJson(block);
   summary["counts"] = Counts(block, result);
   summary["iterations"] = result.iterations;
@@ -203,6 +219,7 @@ std::string Summary(const Block& block,
   summary["sigma_scaled_by_posterior"] = options.scale_by_posterior;
   summary["chi_square"] = ChiSquare(options, result);
   summary["groups"] = Groups(result);
+  if (!result.reductions.terms.empty()) summary["reductions"] = ReductionsJson(block, result);
   if (!result.checks.empty()) {
     summary["check_points"] =
         CheckPointsJson(result.assessment.checks, LevelOfOneTest(options.test_level));

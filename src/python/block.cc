@@ -3,10 +3,11 @@
 #include "sarblock/core/error.h"
 #include "sarblock/files/block_file.h"
 #include "sarblock/files/scene_file.h"
-#include "sarblock/simulate/simulate.h"
+#include "sarblock/simulate/scene.h"
 #include "sarblock/tables/output.h"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <map>
 #include <string>
@@ -90,9 +91,10 @@ files::AdjustTable OptionsOf(const BlockData& data,
                              int threads) {
   std::vector<std::string> all = data.overrides;
   for (const std::string& text : overrides) {
-    if (text.starts_with("trajectory.")) {
+    for (const char* table : {"trajectory.", "reduction."}) {
+      if (!text.starts_with(table)) continue;
       throw InputError("--set " + text.substr(0, text.find('=')),
-                       "says how flight paths are read, which read_block does");
+                       "says how a block is read, which read_block does");
     }
     all.push_back(text);
   }
@@ -133,6 +135,16 @@ py::array FixedComponents(const std::vector<KnownPosition>& known) {
     to = std::copy(position.fixed.begin(), position.fixed.end(), to);
   }
   return out;
+}
+
+py::array KnownVelocities(const py::handle& owner, const std::vector<KnownPosition>& known) {
+  static const KnownPosition kNothing{};
+  const KnownPosition& first = known.empty() ? kNothing : known.front();
+  return View(
+      owner,
+      first.velocity_mpy.data(),
+      {static_cast<py::ssize_t>(known.size()), 3},
+      {static_cast<py::ssize_t>(sizeof(KnownPosition)), static_cast<py::ssize_t>(sizeof(double))});
 }
 
 py::array KnownCovariances(const py::handle& owner, const std::vector<KnownPosition>& known) {
@@ -178,6 +190,10 @@ const std::map<std::string, BlockArrayGetter>& BlockArrayTable() {
        [](const py::handle& self, const BlockData& data) {
          return KnownCovariances(self, data.file.block.points.known);
        }},
+      {"points.known_velocity_mpy",
+       [](const py::handle& self, const BlockData& data) {
+         return KnownVelocities(self, data.file.block.points.known);
+       }},
       {"looks.offsets",
        [](const py::handle& self, const BlockData& data) {
          return View(self, data.file.block.looks.offsets);
@@ -210,6 +226,14 @@ const std::map<std::string, BlockArrayGetter>& BlockArrayTable() {
        [](const py::handle& self, const BlockData& data) {
          return OptionalView(self, data.file.block.looks.azimuth_sigma);
        }},
+      {"looks.range_delay_m",
+       [](const py::handle& self, const BlockData& data) {
+         return OptionalView(self, data.file.block.looks.range_delay_m);
+       }},
+      {"looks.time_shift_s",
+       [](const py::handle& self, const BlockData& data) {
+         return OptionalView(self, data.file.block.looks.time_shift_s);
+       }},
   };
   return table;
 }
@@ -232,6 +256,30 @@ const char* UnitOf(AzimuthUnit unit) {
   return "hz";
 }
 
+/// As [pass.reduction] has it.
+py::dict DescribeReduction(const ReductionModels& models) {
+  py::dict out;
+  if (models.troposphere == TroposphereModel::kStandard) out["troposphere"] = "standard";
+  if (models.troposphere == TroposphereModel::kWeather) {
+    py::dict weather;
+    weather["pressure_hpa"] = models.weather.pressure_hpa;
+    weather["temperature_k"] = models.weather.temperature_k;
+    weather["humidity_1"] = models.weather.humidity;
+    weather["height_m"] = models.weather.height_m;
+    out["troposphere"] = weather;
+  }
+  if (models.ionosphere) {
+    py::dict ionosphere;
+    ionosphere["tec_tecu"] = models.ionosphere->tec_tecu;
+    ionosphere["share_1"] = models.ionosphere->share;
+    out["ionosphere"] = ionosphere;
+  }
+  if (models.solid_tide) out["tide"] = "solid";
+  if (models.range_m != 0.0) out["range_m"] = models.range_m;
+  if (models.time_s != 0.0) out["time_s"] = models.time_s;
+  return out;
+}
+
 py::dict DescribePass(const BlockData& data, std::size_t index) {
   const Pass& pass = PassAt(data, index);
   py::dict out;
@@ -252,6 +300,7 @@ py::dict DescribePass(const BlockData& data, std::size_t index) {
                                   ToUnit(pass.swath->limits[1], key.factor));
   }
   out["epoch_utc"] = pass.epoch_utc;
+  out["reduction"] = DescribeReduction(pass.reduction);
   out["through"] = NameOf(pass.recorded.asked.through);
   out["state_sigma_m"] = pass.recorded.asked.sigma.position_m;
   out["state_sigma_mps"] = pass.recorded.asked.sigma.velocity_mps;
@@ -340,7 +389,8 @@ void WriteBlockData(const BlockData& data,
   });
 }
 
-py::dict DescribeFrame(const Frame& frame) {
+py::dict DescribeFrame(const Block& block) {
+  const Frame& frame = block.frame;
   py::dict out;
   const bool local = frame.kind() == FrameKind::kLocal;
   out["kind"] = local ? "local" : "geocentric";
@@ -355,6 +405,8 @@ py::dict DescribeFrame(const Frame& frame) {
     axes["f"] = ellipsoid.flattening;
     out["ellipsoid"] = axes;
   }
+  if (!block.realization.empty()) out["realization"] = block.realization;
+  if (!std::isnan(block.epoch_year)) out["epoch"] = block.epoch_year;
   return out;
 }
 
@@ -363,8 +415,8 @@ py::dict DescribeFrame(const Frame& frame) {
 void BindBlock(py::module_* module) {
   BlockClass(*module, "Block", "A block in memory; sarblock.Block is what people use.")
       .def_property_readonly("name", [](const BlockData& data) { return data.file.block.name; })
-      .def_property_readonly(
-          "frame", [](const BlockData& data) { return DescribeFrame(data.file.block.frame); })
+      .def_property_readonly("frame",
+                             [](const BlockData& data) { return DescribeFrame(data.file.block); })
       .def_property_readonly("warnings",
                              [](const BlockData& data) { return TextList(data.file.warnings); })
       .def_property_readonly("path", [](const BlockData& data) { return data.path.string(); })

@@ -125,6 +125,7 @@ PYBIND11_MODULE(_core, module) {
   BindBlock(&module);
   BindResult(&module);
   BindLeberl(&module);
+  BindReduction(&module);
   module.def("option_table",
              &OptionTable,
              "The keys of [adjust]: key, type, what is allowed, standard, help.");

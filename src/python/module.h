@@ -135,5 +135,6 @@ struct ResultData {
 void BindResult(pybind11::module_* module);
 
 void BindLeberl(pybind11::module_* module);
+void BindReduction(pybind11::module_* module);
 
 }  // namespace sarblock::python

@@ -300,6 +300,18 @@ ResultArrays LookArrays() {
          return LookColumn(
              self, data, &files::ResultLooks::azimuth_residual_m, &LookResults::azimuth_residual_m);
        }},
+      {"looks.reduction_range_m",
+       [](const py::handle& self, const ResultData& data) {
+         return OptionalView(self,
+                             data.file ? data.file->looks.reduction_range_m
+                                       : data.solved->result.reductions.range_m);
+       }},
+      {"looks.reduction_time_s",
+       [](const py::handle& self, const ResultData& data) {
+         return OptionalView(
+             self,
+             data.file ? data.file->looks.reduction_time_s : data.solved->result.reductions.time_s);
+       }},
       {"looks.weight",
        [](const py::handle& self, const ResultData& data) {
          return LookColumn(self, data, &files::ResultLooks::weight, &LookResults::weight);

@@ -50,6 +50,29 @@ PageTable GroupTable(const files::ResultSummary& summary) {
   return table;
 }
 
+PageTable ReductionTable(const files::ResultSummary& summary) {
+  PageTable table;
+  table.title = "Taken off the measured values";
+  table.columns = {{"pass", false},
+                   {"term", false},
+                   {"mean", true},
+                   {"least", true},
+                   {"largest", true},
+                   {"unit", false}};
+  for (const files::ResultReduction& term : summary.reductions) {
+    table.rows.push_back({term.pass,
+                          term.term,
+                          Shown(term.mean),
+                          Shown(term.least),
+                          Shown(term.largest),
+                          term.unit == "m" ? "m of range" : "s of time"});
+  }
+  table.note =
+      "Measured less geometric. \"given\" is what the looks say themselves (range_delay_m, "
+      "time_shift_s), the rest are the models of [reduction].";
+  return table;
+}
+
 PageTable VarianceTable(const files::ResultSummary& summary) {
   PageTable table;
   table.title = "Variance components";
@@ -329,6 +352,7 @@ PageSection TestSection(const ResultFolder& result) {
     section.items.emplace_back(std::move(table));
   }
   if (!summary.groups.empty()) section.items.emplace_back(GroupTable(summary));
+  if (!summary.reductions.empty()) section.items.emplace_back(ReductionTable(summary));
   if (!summary.variances.empty()) {
     section.items.emplace_back(VarianceTable(summary));
   } else if (summary.status == "converged") {

@@ -276,7 +276,8 @@ double TimeMargin(const Scene& scene, double speed_mps, double duration_s, doubl
                                                                         : 0.0;
   return 6.0 * ((shift_m + angle_rad * range_m) / speed_mps + navigation.time_bias_sigma_s +
                 joint.time_bias_s + azimuth_s * scene.looks.noise_scale * std::max(1.0, measured)) +
-         TrajectoryErrorMargin(scene.trajectory_error, speed_mps, range_m);
+         TrajectoryErrorMargin(scene.trajectory_error, speed_mps, range_m) +
+         std::abs(scene.delay.time_s);
 }
 
 Pass MakePass(const Scene& scene,
@@ -289,6 +290,8 @@ Pass MakePass(const Scene& scene,
   pass.id = id;
   pass.side = flight.side;
   pass.wavelength_m = flight.wavelength_m;
+  pass.epoch_utc = flight.epoch_utc;
+  pass.reduction = scene.reduction;
   pass.sigma = SigmaOfPass(scene.looks);
   if (!std::isnan(flight.range_sigma_m)) pass.sigma.range_m = flight.range_sigma_m;
   if (!std::isnan(flight.azimuth_sigma_m)) {

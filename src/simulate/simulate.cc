@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/simulate/simulate.h"
-
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
 #include "sarblock/geometry/look_equations.h"
+#include "sarblock/simulate/scene.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,6 +18,7 @@
 #include "image_sigma.h"
 #include "nominal_paths.h"
 #include "places.h"
+#include "reduction/look_reduction.h"
 #include "scene.h"
 #include "terrain_sight.h"
 #include "true_path.h"
@@ -378,8 +378,9 @@ void SolveLooks(const Scene& scene, SimulatedBlock* simulated) {
   ParallelForChunks(offsets.size() - 1, kPointsPerChunk, solve);
 }
 
-/// Adds biases, noise and blunders to the exact looks of points [first, last).
+/// Adds biases, delays, noise and blunders to the exact looks of points [first, last).
 void Measure(const SceneLooks& scene,
+             const ReductionOfLooks& delays,
              std::size_t first,
              std::size_t last,
              SimulatedBlock* simulated) {
@@ -415,8 +416,33 @@ void Measure(const SceneLooks& scene,
       }
       block.looks.range_m[look] = (1.0 + error.range_scale) * exact.range_m[look] +
                                   error.range_bias_m + sigma.range_m * range;
+      if (!delays.any()) continue;
+      const LookReduction delay = delays.Of(pass,
+                                            exact.time_s[look],
+                                            block.ConeOf(look),
+                                            simulated->truth.points_m[point],
+                                            Eigen::Vector3d::Zero());
+      block.looks.time_s[look] += delay.Time_s();
+      block.looks.range_m[look] += delay.Range_m();
     }
   }
+}
+
+/// The models of truth.delay by pass; throws InputError for those that the scene cannot have.
+std::vector<ReductionModels> DelaysOf(const Scene& scene, const Block& block) {
+  const auto require = [&](const char* table, const std::vector<ReductionModels>& models) {
+    const auto problem = FindProblem(block, models);
+    if (!problem) return;
+    constexpr std::string_view kOfPass = "reduction.";
+    const bool of_table = problem->key.starts_with(kOfPass);
+    throw InputError(
+        of_table ? table + problem->key.substr(kOfPass.size()) : "flight." + problem->key,
+        problem->problem);
+  };
+  std::vector<ReductionModels> delays(block.passes.size(), scene.delay);
+  require("truth.delay.", delays);
+  require("reduction.", ModelsOf(block));
+  return delays;
 }
 
 void DrawKnown(const Scene& scene, SimulatedBlock* simulated) {
@@ -452,9 +478,10 @@ void Redraw(const Scene& scene,
   if (choice.measurements) simulated->measurement_seed = seed;
   if (choice.measurements || choice.navigation) {
     const std::size_t points = simulated->block.looks.offsets.size() - 1;
+    const ReductionOfLooks delays(simulated->block, DelaysOf(scene, simulated->block));
     ParallelForChunks(
         points, kPointsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
-          Measure(scene.looks, begin, end, simulated);
+          Measure(scene.looks, delays, begin, end, simulated);
         });
   }
   // Warnings of the recording are for those who read the block.

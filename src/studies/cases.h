@@ -5,7 +5,6 @@
 #include "sarblock/core/error.h"
 #include "sarblock/model/options.h"
 #include "sarblock/simulate/scene.h"
-#include "sarblock/simulate/simulate.h"
 
 #include <cstddef>
 #include <functional>

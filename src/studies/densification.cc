@@ -4,7 +4,7 @@
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
 #include "sarblock/model/result.h"
-#include "sarblock/simulate/simulate.h"
+#include "sarblock/simulate/scene.h"
 
 #include <algorithm>
 #include <cmath>

@@ -7,7 +7,6 @@
 #include "sarblock/model/options.h"
 #include "sarblock/model/result.h"
 #include "sarblock/simulate/scene.h"
-#include "sarblock/simulate/simulate.h"
 
 #include <array>
 #include <cstddef>

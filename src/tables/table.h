@@ -128,6 +128,8 @@ inline constexpr Columns kLookColumns{{
     {"pixel"},
     {"line_sigma_px"},
     {"pixel_sigma_px"},
+    {"range_delay_m"},
+    {"time_shift_s"},
 }};
 inline constexpr Columns kPointColumns{{
     {"point", column::kRequired, CellKind::kPoint},
@@ -144,6 +146,12 @@ inline constexpr Columns kPointColumns{{
     {"cov_en_m2"},
     {"cov_eu_m2"},
     {"cov_nu_m2"},
+    {"frame", column::kOptional, CellKind::kText},
+    {"epoch"},
+    {"vx_mpy"},
+    {"vy_mpy"},
+    {"vz_mpy"},
+    {"geoid", column::kOptional, CellKind::kText},
 }};
 inline constexpr Columns kTruthColumns{{
     {"point", column::kRequired, CellKind::kPoint},
@@ -277,6 +285,8 @@ inline constexpr Columns kResidualColumns{{
     {"pixel"},
     {"line_residual_px"},
     {"pixel_residual_px"},
+    {"reduction_range_m"},
+    {"reduction_time_s"},
 }};
 inline constexpr Columns kControlColumns{{
     {"point", column::kRequired, CellKind::kPoint},

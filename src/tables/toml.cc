@@ -439,10 +439,10 @@ void ApplyOverrides(const std::vector<std::string>& overrides, toml::table* bloc
     }
     RefuseDeepKeys(text, "--set");
     std::string_view key = std::string_view(text).substr(0, equals);
-    const bool of_paths = key.starts_with("trajectory.");
+    const bool of_block = key.starts_with("trajectory.") || key.starts_with("reduction.");
     if (key.starts_with("adjust.")) key.remove_prefix(std::string_view("adjust.").size());
     const std::vector<std::string> parts = SplitKey(key);
-    toml::node* node = of_paths ? block_toml : Descend(block_toml, "adjust", place);
+    toml::node* node = of_block ? block_toml : Descend(block_toml, "adjust", place);
     for (std::size_t i = 0; i + 1 < parts.size(); ++i) node = Descend(node, parts[i], place);
     toml::table* table = node->as_table();
     if (table == nullptr) {

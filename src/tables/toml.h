@@ -106,7 +106,7 @@ class TomlTable {
                                      const std::string& field);
 
 /// Applies `KEY=VALUE` overrides to the `[adjust]` table of a block file, and those of
-/// `trajectory.` to its `[trajectory]`; tables that are missing are made.
+/// `trajectory.` and `reduction.` to its tables of that name; tables that are missing are made.
 void ApplyOverrides(const std::vector<std::string>& overrides, toml::table* block_toml);
 
 /// Takes known keys out of one TOML table and refuses the others. Absent keys keep the default.

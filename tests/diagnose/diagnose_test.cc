@@ -8,7 +8,7 @@
 #include "sarblock/core/error.h"
 #include "sarblock/files/block_file.h"
 #include "sarblock/files/scene_file.h"
-#include "sarblock/simulate/simulate.h"
+#include "sarblock/simulate/scene.h"
 
 #include <algorithm>
 #include <cstdlib>

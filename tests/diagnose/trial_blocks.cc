@@ -5,7 +5,7 @@
 #include "sarblock/core/statistics.h"
 #include "sarblock/files/block_file.h"
 #include "sarblock/files/scene_file.h"
-#include "sarblock/simulate/simulate.h"
+#include "sarblock/simulate/scene.h"
 
 #include <algorithm>
 #include <ctime>

@@ -86,7 +86,8 @@ TEST(BlockErrorsTest, NamesPlaceAndProblemInBlockToml) {
        "block.toml:2: is not valid TOML: Error while parsing string: "},
       {{"[frame]", "[= 1.5"}, "block.toml:3: is not valid TOML: a table header needs a name"},
       {{"name = \"small\"", "nam = \"small\""},
-       "block.toml:2: nam: the key is not known, format, name, frame, sigma, trajectory, adjust or "
+       "block.toml:2: nam: the key is not known, format, name, frame, sigma, trajectory, "
+       "reduction, adjust or "
        "pass is "
        "allowed; did you mean name?"},
       {{"\"local\"", "\"geocentrik\""},
@@ -303,7 +304,7 @@ TEST(BlockErrorsTest, NamesPlaceAndProblemInPoints) {
        "points.csv:2: x_m: is empty, a control or check point needs x_m, y_m, z_m"},
       {plain.c_str(),
        "P1,tie,1,,3,,,,\n",
-       "points.csv:2: y_m: is empty, all three coordinates are needed or none"},
+       "points.csv:2: y_m: is empty, all three components are needed or none"},
       {plain.c_str(),
        "P1,control,1,2,3,,,,\n",
        "points.csv:2: sigma_e_m: a control point without a standard deviation"},

@@ -4,7 +4,7 @@
 #include "sarblock/files/scene_file.h"
 #include "sarblock/geometry/look_equations.h"
 #include "sarblock/model/result.h"
-#include "sarblock/simulate/simulate.h"
+#include "sarblock/simulate/scene.h"
 
 #include <cmath>
 #include <filesystem>

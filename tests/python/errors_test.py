@@ -169,7 +169,7 @@ def test_a_value_that_is_no_option_is_refused(local_block):
 
 
 def test_how_paths_are_read_is_said_when_they_are_read(local_block):
-    with pytest.raises(sarblock.InputError, match="says how flight paths are read, which read_block does"):
+    with pytest.raises(sarblock.InputError, match="says how a block is read, which read_block does"):
         sarblock.adjust(local_block, trajectory={"through": "orbit"})
 
 

@@ -3,7 +3,7 @@
 
 #include "sarblock/block/block.h"
 #include "sarblock/geometry/frame.h"
-#include "sarblock/simulate/simulate.h"
+#include "sarblock/simulate/scene.h"
 
 #include <algorithm>
 #include <cmath>

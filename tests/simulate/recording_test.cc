@@ -2,7 +2,7 @@
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
 #include "sarblock/files/block_file.h"
-#include "sarblock/simulate/simulate.h"
+#include "sarblock/simulate/scene.h"
 
 #include <cmath>
 #include <string>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/statistics.h"
-#include "sarblock/simulate/simulate.h"
+#include "sarblock/simulate/scene.h"
 
 #include <cmath>
 #include <cstring>

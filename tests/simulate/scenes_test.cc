@@ -2,7 +2,7 @@
 // The scenes of datasets/scenes, each on its own.
 #include "sarblock/files/scene_file.h"
 #include "sarblock/geometry/look_equations.h"
-#include "sarblock/simulate/simulate.h"
+#include "sarblock/simulate/scene.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Lines cut into segments, and which of many passes show a point.
 #include "sarblock/geometry/look_equations.h"
-#include "sarblock/simulate/simulate.h"
+#include "sarblock/simulate/scene.h"
 
 #include <algorithm>
 #include <string>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/simulate/simulate.h"
+#include "sarblock/simulate/scene.h"
 
 #include <cstddef>
 #include <cstdint>

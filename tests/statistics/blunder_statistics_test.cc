@@ -4,7 +4,7 @@
 // the level of the tests allows, and no look is named where only one degree of freedom speaks.
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/statistics.h"
-#include "sarblock/simulate/simulate.h"
+#include "sarblock/simulate/scene.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,7 +3,7 @@
 // of the Monte Carlo covariance on shipped scenes.
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/statistics.h"
-#include "sarblock/simulate/simulate.h"
+#include "sarblock/simulate/scene.h"
 
 #include <algorithm>
 #include <array>

@@ -92,6 +92,40 @@ inline constexpr std::array<SwathKey, 3> kSwathKeys = {
 /// of its key. Nothing where it is good.
 [[nodiscard]] std::optional<std::string> ProblemOf(const Swath& swath);
 
+/// How the delay of the troposphere is modelled (docs/theory/reductions.md).
+enum class TroposphereModel : std::uint8_t {
+  kNone,
+  kStandard,  ///< the mean of the Earth's atmosphere
+  kWeather,   ///< after Saastamoinen, from the weather that is given
+};
+/// Weather at a height above the ellipsoid.
+struct Weather {
+  double pressure_hpa = 0.0;
+  double temperature_k = 0.0;
+  double humidity = 0.0;  ///< relative, 0 to 1
+  double height_m = 0.0;
+  friend bool operator==(const Weather&, const Weather&) = default;
+};
+/// Free electrons above a place.
+struct Ionosphere {
+  double tec_tecu = 0.0;  ///< vertical, 1e16 electrons a square metre
+  double share = 1.0;     ///< of them below the antenna
+  friend bool operator==(const Ionosphere&, const Ionosphere&) = default;
+};
+
+/// What the measured ranges and times of a pass hold beyond geometry and shall be taken off, as
+/// models that depend on where the point is, and as constants.
+struct ReductionModels {
+  TroposphereModel troposphere = TroposphereModel::kNone;
+  Weather weather;  ///< of kWeather
+  std::optional<Ionosphere> ionosphere;
+  /// Positions are free of the solid Earth tide, which moved the points when they were seen.
+  bool solid_tide = false;
+  double range_m = 0.0;  ///< measured range less geometric range
+  double time_s = 0.0;   ///< measured time less geometric time
+  friend bool operator==(const ReductionModels&, const ReductionModels&) = default;
+};
+
 /// One image strip with one flight path.
 struct Pass {
   std::string id;
@@ -105,7 +139,8 @@ struct Pass {
   std::optional<ImageGrid> image;  ///< the raster, for looks given by line and pixel
   RecordedFlight recorded;         ///< how `path` was made of its states
   std::optional<Swath> swath;      ///< not given: all that lies on the look side
-  double squint_rad = 0.0;  ///< of looks that give no cone, and of looks planned by Predict()
+  double squint_rad = 0.0;    ///< of looks that give no cone, and of looks planned by Predict()
+  ReductionModels reduction;  ///< of its looks, beside what these give themselves
 
   /// The states as they were recorded.
   [[nodiscard]] const std::vector<StateVector>& RecordedStates() const {
@@ -131,6 +166,10 @@ struct Looks {
   std::vector<double> cone;               ///< squint [rad] or Doppler [Hz]; empty: all 0
   std::vector<double> range_sigma_m;      ///< empty or NaN: the pass's
   std::vector<double> azimuth_sigma;      ///< empty or NaN: the pass's
+  /// What was taken off the measured values for reasons beyond geometry: `range_m` and `time_s` are
+  /// without it. Empty: nothing.
+  std::vector<double> range_delay_m;
+  std::vector<double> time_shift_s;
 
   [[nodiscard]] std::size_t size() const { return pass.size(); }
   [[nodiscard]] bool rejected(std::size_t look) const { return (flags[look] & kRejected) != 0; }
@@ -145,6 +184,8 @@ struct KnownPosition {
   std::uint32_t point = 0;
   std::array<bool, 3> fixed{};                                  ///< e, n, u
   Eigen::Matrix3d covariance_enu_m2 = Eigen::Matrix3d::Zero();  ///< rows of free components are 0
+  /// Motion in the frame, its axes; the given position is that at Block::epoch_year.
+  Eigen::Vector3d velocity_mpy = Eigen::Vector3d::Zero();
 };
 
 /// Points of a block; index = order of first appearance (points.csv, then observations.csv).
@@ -169,9 +210,19 @@ struct Truth {
 struct Block {
   std::string name;
   Frame frame = Frame::Local();
+  std::string realization;        ///< of the frame ("ITRF2014"); empty: not known
+  double epoch_year = kNotGiven;  ///< of positions in it (2022.79); NaN: not known
   std::vector<Pass> passes;
   Points points;
   Looks looks;
+
+  /// Time and range of a look as they were measured: nothing taken off.
+  [[nodiscard]] RadarCoordinates Measured(std::size_t look) const {
+    RadarCoordinates measured{looks.time_s[look], looks.range_m[look]};
+    if (!looks.time_shift_s.empty()) measured.time_s += looks.time_shift_s[look];
+    if (!looks.range_delay_m.empty()) measured.range_m += looks.range_delay_m[look];
+    return measured;
+  }
 
   /// Standard deviations of a look: its own where given, else its pass's.
   [[nodiscard]] LookSigma SigmaOf(std::size_t look) const;

@@ -98,6 +98,12 @@ struct ResultGroup {
   double lower = kNotGiven, upper = kNotGiven;  ///< of the factor
 };
 
+/// `reductions`: what one term took off the ranges or times of one pass.
+struct ResultReduction {
+  std::string pass, term, unit;
+  double mean = kNotGiven, least = kNotGiven, largest = kNotGiven;
+};
+
 /// `check_points`.
 struct ResultChecks {
   std::size_t points = 0, components = 0;
@@ -170,6 +176,7 @@ struct ResultSummary {
   bool sigma_scaled_by_posterior = false;
   std::optional<ResultTest> chi_square;
   std::vector<ResultGroup> groups;  ///< empty where the file has none
+  std::vector<ResultReduction> reductions;
   std::vector<DifferenceClass> differences;
   std::optional<ResultChecks> checks;
   std::optional<ResultTests> tests;
@@ -215,6 +222,8 @@ struct ResultLooks {
   /// Measured image coordinates and the residuals as steps of the image (computed minus
   /// measured); empty where no pass has an image.
   std::vector<double> line_px, pixel_px, line_residual_px, pixel_residual_px;
+  /// What was taken off the measured values; empty where nothing was.
+  std::vector<double> reduction_range_m, reduction_time_s;
   [[nodiscard]] std::size_t size() const { return pass.size(); }
 };
 
@@ -235,6 +244,8 @@ struct ResultControl {
 struct ResultFile {
   ResultSummary summary;
   Frame frame = Frame::Local();
+  std::string realization;        ///< Block::realization
+  double epoch_year = kNotGiven;  ///< Block::epoch_year
   std::vector<ResultPass> passes;
   ResultPoints points;
   std::vector<ParameterResult> parameters;                ///< passes.csv

@@ -539,6 +539,20 @@ inline constexpr double kRemainingStepAccepted = 1e-3;
 /// other) let the last steps shrink slowly: far below what the loss itself costs in efficiency.
 inline constexpr double kRemainingRobustStepAccepted = 0.1;
 
+/// What one term took off the ranges or the times of the looks of one pass.
+struct ReductionTerm {
+  std::uint32_t pass = 0;
+  std::string term;       ///< "given", "troposphere", "ionosphere", "tide", "plate", "constant"
+  const char* unit = "";  ///< "m" of ranges, "s" of times
+  double mean = 0.0, least = 0.0, largest = 0.0;
+};
+
+/// What was taken off the measured values (docs/theory/reductions.md).
+struct Reductions {
+  std::vector<double> range_m, time_s;  ///< by look, all terms; empty: nothing was
+  std::vector<ReductionTerm> terms;     ///< by pass
+};
+
 /// Everything an adjustment, an intersection or a prediction answers.
 struct AdjustResult {
   AdjustStatus status = AdjustStatus::kNotConverged;
@@ -555,6 +569,7 @@ struct AdjustResult {
   std::vector<PairResult> pairs;
   LookResults looks;
   LookQuality quality;  ///< empty where not computed
+  Reductions reductions;
   std::vector<ControlQuality> control_quality;
   std::optional<SnoopingReport> snooping;
   /// Empty where not asked for. Its test is that before, the one below that after.

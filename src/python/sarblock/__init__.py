@@ -16,6 +16,7 @@ from . import leberl
 from ._core import InputError, Interrupted, UndeterminedError, __version__
 from ._options import option_table
 from .block import Block, Pass, read_block, simulate
+from .reduction import solid_earth_tide, zenith_delay
 from .result import Result, adjust, check, intersect, predict, read_result
 
 __all__ = [
@@ -35,4 +36,6 @@ __all__ = [
     "read_block",
     "read_result",
     "simulate",
+    "solid_earth_tide",
+    "zenith_delay",
 ]

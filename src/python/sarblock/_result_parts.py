@@ -244,6 +244,16 @@ class ResultLooks:
         return self._numbers("looks.azimuth_residual_m")
 
     @kept
+    def reduction_range_m(self) -> FloatArray:
+        """What was taken off the measured range [m], (looks,); nan where nothing was in the block."""
+        return self._numbers("looks.reduction_range_m")
+
+    @kept
+    def reduction_time_s(self) -> FloatArray:
+        """What was taken off the measured time [s], (looks,); nan where nothing was in the block."""
+        return self._numbers("looks.reduction_time_s")
+
+    @kept
     def weight_1(self) -> NDArray[np.floating[Any]]:
         """Weight of a robust loss, 1 without one, (looks,)."""
         weight: Optional[NDArray[np.floating[Any]]] = self._core.array("looks.weight")

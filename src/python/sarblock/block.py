@@ -91,6 +91,12 @@ class Pass:
         """What time 0 is; empty: not given."""
         return str(self._said["epoch_utc"])
 
+    @property
+    def reduction(self) -> dict[str, object]:
+        """What is taken off the measured ranges and times of the pass, by the keys of `[reduction]`;
+        empty: nothing."""
+        return cast(dict[str, object], self._said["reduction"])
+
     @kept
     def states(self) -> FloatArray:
         """State vectors as recorded, (states, 7): time [s], position [m], velocity [m/s]."""
@@ -116,6 +122,7 @@ class Pass:
             "end_s": self.end_s,
             "squint_deg": self.squint_deg or None,
             "epoch_utc": self.epoch_utc or None,
+            "reduction": self.reduction or None,
             "trajectory": trajectory,
         }
 
@@ -172,6 +179,12 @@ class BlockPoints:
         covariance: FloatArray = self._core.array("points.known_covariance_enu_m2")
         return covariance
 
+    @kept
+    def known_velocity_mpy(self) -> FloatArray:
+        """Velocities of their positions in the frame [m a year], frame axes, (known, 3); 0: at rest."""
+        velocity: FloatArray = self._core.array("points.known_velocity_mpy")
+        return velocity
+
 
 class BlockLooks:
     """Looks in flat arrays, sorted by point and, within a point, by pass. A look is one observation
@@ -210,15 +223,25 @@ class BlockLooks:
 
     @kept
     def time_s(self) -> FloatArray:
-        """Azimuth time [s], (looks,); nan in a plan that gives none."""
+        """Azimuth time less time_shift_s [s], (looks,); nan in a plan that gives none."""
         time: FloatArray = self._core.array("looks.time_s")
         return time
 
     @kept
     def range_m(self) -> FloatArray:
-        """One-way slant range [m], (looks,); nan in a plan that gives none."""
+        """One-way slant range less range_delay_m [m], (looks,); nan in a plan that gives none."""
         range_m: FloatArray = self._core.array("looks.range_m")
         return range_m
+
+    @kept
+    def range_delay_m(self) -> FloatArray:
+        """What the look gives as taken off its measured range [m], (looks,)."""
+        return self._or_filled("looks.range_delay_m", 0.0)
+
+    @kept
+    def time_shift_s(self) -> FloatArray:
+        """What the look gives as taken off its measured time [s], (looks,)."""
+        return self._or_filled("looks.time_shift_s", 0.0)
 
     @kept
     def squint_rad(self) -> FloatArray:
@@ -281,7 +304,7 @@ class Block:
     @property
     def frame(self) -> dict[str, Any]:
         """The [frame] table: `kind`, "local" or "geocentric", and of the latter `ellipsoid`, its name
-        or its axis `a_m` [m] and flattening `f`."""
+        or its axis `a_m` [m] and flattening `f`; `realization` and `epoch` [year] where given."""
         return self._core.frame
 
     @property
@@ -341,6 +364,10 @@ class Block:
             values = np.sqrt(values) if row == column else values
             columns[name] = np.full(len(points), np.nan)
             columns[name][points.known_index] = np.where(values != 0.0, values, np.nan)
+        if points.known_velocity_mpy.any():
+            for axis, name in enumerate(("vx_mpy", "vy_mpy", "vz_mpy")):
+                columns[name] = np.full(len(points), np.nan)
+                columns[name][points.known_index] = points.known_velocity_mpy[:, axis]
         of_pass = np.array([one.squint_deg for one in self.passes])[looks.pass_index]
         own = (looks.squint_rad != 0.0) | ((of_pass != 0.0) & np.isnan(looks.doppler_hz))
         optional = {
@@ -354,6 +381,9 @@ class Block:
         optional = {name: values for name, values in optional.items() if not np.isnan(values).all()}
         if looks.rejected.any():
             optional["rejected"] = looks.rejected.astype(np.float64)
+        for name, values in {"range_delay_m": looks.range_delay_m, "time_shift_s": looks.time_shift_s}.items():
+            if values.any():
+                optional[name] = values
         return {
             "name": self.name,
             "frame": self.frame,
@@ -367,8 +397,8 @@ class Block:
             "observations": {
                 "pass_index": looks.pass_index,
                 "point_index": looks.point_index,
-                "time_s": looks.time_s,
-                "range_m": looks.range_m,
+                "time_s": looks.time_s + looks.time_shift_s,
+                "range_m": looks.range_m + looks.range_delay_m,
                 **optional,
             },
             "points": {
@@ -395,6 +425,8 @@ class Block:
                 "azimuth_sigma_m": looks.azimuth_sigma_m,
                 "time_sigma_s": looks.time_sigma_s,
                 "doppler_sigma_hz": looks.doppler_sigma_hz,
+                "range_delay_m": looks.range_delay_m,
+                "time_shift_s": looks.time_shift_s,
                 "rejected": looks.rejected,
             },
         }
@@ -424,6 +456,7 @@ class Block:
         frame: Union[str, Mapping[str, object]] = "local",
         sigma: Optional[Mapping[str, object]] = None,
         trajectory: Optional[Mapping[str, object]] = None,
+        reduction: Optional[Mapping[str, object]] = None,
         adjust: Union[Mapping[str, object], str, None] = None,
         name: str = "block",
         plan: bool = False,
@@ -438,12 +471,12 @@ class Block:
         `passes`, `point_index` in `points`), which is faster. `position_m` (n, 3) replaces x_m,
         y_m, z_m, `velocity_mps` (n, 3) for vx_mps, vy_mps, vz_mps, `sigma_enu_m` (n, 3) for
         sigma_e_m, sigma_n_m, sigma_u_m. `frame` is "local", the name of an ellipsoid ("WGS84") or
-        the [frame] table; `sigma`, `trajectory` and `adjust` are those of block.toml, `adjust` also as
-        its text. `plan` allows looks without measured values, for `predict`.
+        the [frame] table; `sigma`, `trajectory`, `reduction` and `adjust` are those of block.toml,
+        `adjust` also as its text. `plan` allows looks without measured values, for `predict`.
         """
         text = adjust if isinstance(adjust, str) else ""
         table = None if isinstance(adjust, str) else adjust
-        sections = {"sigma": sigma, "trajectory": trajectory, "adjust": table}
+        sections = {"sigma": sigma, "trajectory": trajectory, "reduction": reduction, "adjust": table}
         tables = {
             "trajectories": _table("trajectories", trajectories),
             "observations": _table("observations", observations),

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reductions in files: columns of looks, [reduction] of a block and of a pass, refusals.
+#include "sarblock/core/error.h"
+#include "sarblock/files/block_file.h"
+
+#include <string>
+
+#include "io/io_fixture.h"
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace sarblock {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+using ReductionTableTest = test::FolderTest;
+
+constexpr const char* kTwoFlights =
+    "pass,time_s,x_m,y_m,z_m,vx_mps,vy_mps,vz_mps\n"
+    "A,0,0,-9000,70000,100,0,0\nA,100,10000,-9000,70000,100,0,0\n"
+    "B,0,0,9000,70000,100,0,0\nB,100,10000,9000,70000,100,0,0\n";
+
+Block ReadWith(const std::string& reduction, const std::string& of_b, const std::string& looks) {
+  const std::string toml =
+      "format = \"sarblock-block 1\"\n[frame]\nkind = \"local\"\n" + reduction +
+      "[sigma]\nrange_m = 1\nazimuth_m = 1\n[[pass]]\nid = \"A\"\nlook = \"left\"\n"
+      "wavelength_m = 0.03\n[[pass]]\nid = \"B\"\nlook = \"right\"\n" +
+      of_b;
+  return files::ReadBlockTexts({toml, kTwoFlights, looks, "point,role\n"}).block;
+}
+
+constexpr const char* kReducedLooks =
+    "pass,point,time_s,range_m,range_delay_m,time_shift_s\nA,P,50,70576.65,2.5,-0.25\n"
+    "B,P,50,70576.65,,\n";
+
+std::string Refusal(const std::string& reduction, const std::string& of_b = "") {
+  return test::MessageOf<InputError>([&] { return ReadWith(reduction, of_b, kReducedLooks); });
+}
+std::string RefusalOfLook(const std::string& cells) {
+  return test::MessageOf<InputError>([&] {
+    return ReadWith(
+        "",
+        "",
+        "pass,point,time_s,range_m,range_delay_m,time_shift_s\nA,P,50,70576," + cells + "\n");
+  });
+}
+
+TEST_F(ReductionTableTest, LooksAreReadWithoutWhatTheySayToTakeOff) {
+  const Block block = ReadWith("", "", kReducedLooks);
+  EXPECT_EQ(block.looks.range_m[0], 70576.65 - 2.5);
+  EXPECT_EQ(block.looks.time_s[0], 50.25);
+  EXPECT_EQ(block.looks.range_m[1], 70576.65);
+  EXPECT_EQ(block.looks.range_delay_m[1], 0.0);
+  EXPECT_EQ(block.Measured(0).time_s, 50.0);
+  EXPECT_NEAR(block.Measured(0).range_m, 70576.65, 1e-11);
+  // Columns of nothing are none.
+  EXPECT_TRUE(ReadWith("", "", "pass,point,time_s,range_m,range_delay_m\nA,P,50,70500,0\n")
+                  .looks.range_delay_m.empty());
+}
+
+TEST_F(ReductionTableTest, APassOverridesTheBlock) {
+  const Block block = ReadWith(
+      "[reduction]\ntroposphere = \"standard\"\nionosphere = { tec_tecu = 12 }\nrange_m = 0.5\n",
+      "wavelength_m = 0.03\nreduction = { troposphere = { pressure_hpa = 1000, temperature_k = "
+      "280, humidity_1 = 0.4 }, ionosphere = \"none\", time_s = 1e-4 }\n",
+      kReducedLooks);
+  const ReductionModels &a = block.passes[0].reduction, &b = block.passes[1].reduction;
+  EXPECT_EQ(a.troposphere, TroposphereModel::kStandard);
+  EXPECT_EQ(a.ionosphere.value().tec_tecu, 12.0);
+  EXPECT_EQ(a.ionosphere.value().share, 1.0);
+  EXPECT_EQ(a.range_m, 0.5);
+  EXPECT_EQ(b.troposphere, TroposphereModel::kWeather);
+  EXPECT_EQ(b.weather, (Weather{1000.0, 280.0, 0.4, 0.0}));
+  EXPECT_FALSE(b.ionosphere.has_value());
+  EXPECT_EQ(b.range_m, 0.5);
+  EXPECT_EQ(b.time_s, 1e-4);
+}
+
+TEST_F(ReductionTableTest, IsWrittenAsItWasRead) {
+  for (const char* of_b : {"", "reduction = { time_s = -0.001, tide = \"none\" }\n"}) {
+    const Block block = ReadWith(
+        "[reduction]\ntroposphere = { pressure_hpa = 1000.5, temperature_k = 281, "
+        "humidity_1 = 0.25, height_m = 120 }\nrange_m = 0.5\n",
+        of_b,
+        kReducedLooks);
+    for (const char* name : {"block", "block.h5"}) {
+      files::WriteBlock(folder_ / name, block, {});
+      const Block back = files::ReadBlock(folder_ / name).block;
+      for (std::size_t i = 0; i < 2; ++i) {
+        EXPECT_EQ(back.passes[i].reduction, block.passes[i].reduction);
+        EXPECT_NEAR(back.looks.range_m[i], block.looks.range_m[i], 4e-12);
+        EXPECT_EQ(back.looks.range_delay_m[i], block.looks.range_delay_m[i]);
+        EXPECT_EQ(back.looks.time_shift_s[i], block.looks.time_shift_s[i]);
+      }
+      std::filesystem::remove_all(folder_ / name);
+    }
+  }
+  // A block that takes nothing off says nothing of it.
+  files::WriteBlock(
+      folder_ / "plain", ReadWith("", "", "pass,point,time_s,range_m\nA,P,50,70500\n"), {});
+  EXPECT_THAT(Content(folder_ / "plain" / "block.toml"), Not(HasSubstr("reduction")));
+  EXPECT_THAT(Content(folder_ / "plain" / "observations.csv"), Not(HasSubstr("delay")));
+}
+
+TEST_F(ReductionTableTest, RefusesWithPlaceAndKey) {
+  EXPECT_THAT(Refusal("[reduction]\ntroposphere = \"standrad\"\n"),
+              HasSubstr("block.toml:5: reduction.troposphere: "));
+  EXPECT_THAT(Refusal("[reduction]\ntroposfere = \"standard\"\n"), HasSubstr("troposphere"));
+  EXPECT_THAT(Refusal("[reduction]\ntroposphere = { temperature_k = 280, humidity_1 = 0.5 }\n"),
+              HasSubstr("pressure_hpa"));
+  EXPECT_THAT(
+      Refusal("[reduction]\ntroposphere = { pressure_hpa = 101325, temperature_k = 280, humidity_1 "
+              "= 0.5 }\n"),
+      HasSubstr("pass[0].reduction.troposphere.pressure_hpa: must be between"));
+  EXPECT_THAT(Refusal("", "reduction = { ionosphere = { tec_tecu = 1e6 }, range_m = 1 }\n"),
+              HasSubstr("pass[1].reduction.ionosphere.tec_tecu: must be between 0 and 1000"));
+  EXPECT_THAT(Refusal("[reduction]\ntide = \"solid\"\n"), HasSubstr("geocentric"));
+  EXPECT_THAT(Refusal("[reduction]\ntime_s = 20\n"), HasSubstr("must be between -1 and 1"));
+  EXPECT_THAT(RefusalOfLook("1e6,"), HasSubstr("range_delay_m: must be between -10000 and 10000"));
+  EXPECT_THAT(RefusalOfLook(",5"), HasSubstr("time_shift_s: must be between -1 and 1"));
+  EXPECT_THAT(RefusalOfLook("x,"), HasSubstr("range_delay_m"));
+}
+
+}  // namespace
+}  // namespace sarblock
