@@ -3,6 +3,7 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
+#include "sarblock/geometry/intersection.h"
 #include "sarblock/geometry/look_equations.h"
 
 #include <algorithm>
@@ -222,12 +223,18 @@ constexpr Mistake kMistakes[] = {{0.5, 0.5, "half a pixel in line and sample"},
 
 }  // namespace
 
-std::optional<ImageCoordinates> PlaceInImage(const Pass& pass, const Eigen::Vector3d& p_m) {
+std::optional<RadarCoordinates> SeenBy(const Pass& pass, const Eigen::Vector3d& p_m) {
   const auto time_s = FindConeTime(pass.path, p_m, Cone{}, pass.path.start_s(), pass.path.end_s());
   if (!time_s) return std::nullopt;
   const auto motion = pass.path.At(*time_s);
   if (!motion) return std::nullopt;
-  return ImageFromRadar(*pass.image, {*time_s, (p_m - motion->position_m).norm()});
+  return RadarCoordinates{*time_s, (p_m - motion->position_m).norm()};
+}
+
+std::optional<ImageCoordinates> PlaceInImage(const Pass& pass, const Eigen::Vector3d& p_m) {
+  const auto seen = SeenBy(pass, p_m);
+  if (!seen) return std::nullopt;
+  return ImageFromRadar(*pass.image, *seen);
 }
 
 void OffsetCollector::Add(std::size_t index,
@@ -365,8 +372,9 @@ std::optional<Swath> SwathOf(const ImagePass& image) {
     for (const double pixel_px : {-0.5, static_cast<double>(image.samples) - 0.5}) {
       const auto radar = RadarFromImage(*image.pass.image, {line_px, pixel_px});
       if (!radar) return std::nullopt;
-      near_m = std::min(near_m, radar->range_m);
-      far_m = std::max(far_m, radar->range_m);
+      const double delay_m = image.delay ? image.delay(*radar).range_m : 0.0;
+      near_m = std::min(near_m, radar->range_m - delay_m);
+      far_m = std::max(far_m, radar->range_m - delay_m);
     }
   }
   if (ProblemOf(swath)) return std::nullopt;
@@ -398,6 +406,8 @@ std::uint32_t BlockBuilder::AddImage(ImagePass image) {
   block_.passes.push_back(std::move(image.pass));
   images_.push_back(std::move(image));
   match_counts_.push_back(0);
+  delays_.emplace_back();
+  models_.reset();
   return static_cast<std::uint32_t>(images_.size() - 1);
 }
 
@@ -428,11 +438,23 @@ void BlockBuilder::AddLook(const NewLook& look) {
   AppendValue(look.range_sigma_m, kNotGiven, looks.size(), &looks.range_sigma_m);
   AppendValue(look.azimuth_sigma, kNotGiven, looks.size(), &looks.azimuth_sigma);
   AppendValue(measured ? look.doppler_hz : 0.0, 0.0, looks.size(), &looks.cone);
+  AppendValue(look.range_delay_m, 0.0, looks.size(), &looks.range_delay_m);
+  AppendValue(look.time_shift_s, 0.0, looks.size(), &looks.time_shift_s);
   looks.pass.push_back(look.pass);
   looks.flags.push_back(measured ? look.flags | Looks::kDoppler : look.flags);
-  looks.time_s.push_back(look.time_s);
-  looks.range_m.push_back(look.range_m);
+  looks.time_s.push_back(look.time_s - look.time_shift_s);
+  looks.range_m.push_back(look.range_m - look.range_delay_m);
   point_of_look_.push_back(look.point);
+  if (!look.by_place) return;
+  const Sentinel1Timing& timing = *images_[look.pass].timing;
+  const auto& [delay, troposphere_m] = *look.by_place;
+  ImageDelays& sizes = delays_[look.pass];
+  if (timing.HasBistatic()) sizes.bistatic_s.Add(delay.bistatic_s);
+  if (timing.HasFmRate()) sizes.fm_rate_s.Add(delay.fm_rate_s);
+  if (timing.HasPulseMotion()) sizes.pulse_motion_m.Add(delay.pulse_motion_m);
+  if (block_.passes[look.pass].reduction.troposphere != TroposphereModel::kNone) {
+    sizes.troposphere_m.Add(troposphere_m);
+  }
 }
 
 bool BlockBuilder::Contains(const ImagePass& image, const ImageCoordinates& place) const {
@@ -442,11 +464,94 @@ bool BlockBuilder::Contains(const ImagePass& image, const ImageCoordinates& plac
   return within(place.line_px, image.lines) && within(place.pixel_px, image.samples);
 }
 
-std::optional<ImageCoordinates> BlockBuilder::Locate(std::size_t pass,
-                                                     const Eigen::Vector3d& p_m) const {
+void DelaySize::Add(double value) {
+  least = looks > 0 ? std::min(least, value) : value;
+  largest = looks > 0 ? std::max(largest, value) : value;
+  sum += value;
+  ++looks;
+}
+
+// The ground of a place and its delays depend on each other: metres of range turn the FM rate by
+// microseconds, and the second time by nothing.
+void BlockBuilder::SetDelays(const ImageCoordinates& place,
+                             const std::optional<Eigen::Vector3d>& p_m,
+                             NewLook* look) {
+  const ImagePass& image = images_[look->pass];
+  const auto raster = RadarFromImage(*block_.passes[look->pass].image, place);
+  if (!raster) return;
+  if (image.delay) {
+    const LookDelay stated = image.delay(*raster);
+    look->time_shift_s = stated.time_s;
+    look->range_delay_m = stated.range_m;
+  }
+  if (!image.timing) return;
+  std::optional<Eigen::Vector3d> ground_m = p_m ? p_m : image.timing->GroundAt(place, *raster);
+  if (!ground_m) return;
+  Sentinel1Delay delay = image.timing->At(place, *raster, *ground_m);
+  LookReduction models = ModelsAt(look->pass, raster->time_s, *ground_m);
+  if (!p_m) {
+    const auto reduced_m =
+        image.timing->GroundAt(place,
+                               {raster->time_s - delay.Time_s() - models.Time_s(),
+                                raster->range_m - delay.pulse_motion_m - models.Range_m()});
+    if (reduced_m) {
+      delay = image.timing->At(place, *raster, *reduced_m);
+      models = ModelsAt(look->pass, raster->time_s, *reduced_m);
+    }
+  }
+  if (image.timing->HasBistatic()) delay.bistatic_s += look->time_s - raster->time_s;
+  look->time_shift_s = delay.Time_s();
+  look->range_delay_m = delay.pulse_motion_m;
+  if (!block_.passes[look->pass].path.At(look->time_s - look->time_shift_s)) {
+    throw InputError(FilePlace{image.file, 0, "orbit"},
+                     fmt::format("does not cover the time of line {}, pixel {} without its shift "
+                                 "of {:.3g} s",
+                                 place.line_px,
+                                 place.pixel_px,
+                                 look->time_shift_s));
+  }
+  look->by_place = {delay, models.range_m[static_cast<std::size_t>(ReductionSource::kTroposphere)]};
+}
+
+LookReduction BlockBuilder::ModelsAt(std::size_t pass, double time_s, const Eigen::Vector3d& p_m) {
+  if (block_.passes[pass].reduction == ReductionModels{}) return {};
+  if (!models_) models_.emplace(block_, ModelsOf(block_));
+  return models_->Of(
+      static_cast<std::uint32_t>(pass), time_s, Cone{}, p_m, Eigen::Vector3d::Zero());
+}
+
+RadarCoordinates BlockBuilder::GeometricOf(const NewLook& look, const Eigen::Vector3d& p_m) {
+  const LookReduction models = ModelsAt(look.pass, look.time_s - look.time_shift_s, p_m);
+  return {look.time_s - look.time_shift_s - models.Time_s(),
+          look.range_m - look.range_delay_m - models.Range_m()};
+}
+
+// Delays change so slowly with the place that those of the place before are good to 1e-4 pixels
+// after the second step.
+std::optional<ImageCoordinates> BlockBuilder::SeenAt(std::size_t pass, const Eigen::Vector3d& p_m) {
   const ImagePass& image = images_[pass];
-  const auto place = image.aperture ? PlaceInSicd(image.aperture->sicd, p_m)
-                                    : PlaceInImage(block_.passes[pass], p_m);
+  const ImageGrid& grid = *block_.passes[pass].image;
+  const auto geometric = SeenBy(block_.passes[pass], p_m);
+  if (!geometric) return std::nullopt;
+  const LookReduction models = ModelsAt(pass, geometric->time_s, p_m);
+  const RadarCoordinates seen{geometric->time_s + models.Time_s(),
+                              geometric->range_m + models.Range_m()};
+  // What a product states changes too little over its own length to need an iteration.
+  const LookDelay stated = image.delay ? image.delay(seen) : LookDelay{};
+  auto place = ImageFromRadar(grid, {seen.time_s + stated.time_s, seen.range_m + stated.range_m});
+  for (int step = 0; image.timing && place && step < 3; ++step) {
+    const auto raster = RadarFromImage(grid, *place);
+    if (!raster) return std::nullopt;
+    const Sentinel1Delay delay = image.timing->At(*place, *raster, p_m);
+    place =
+        ImageFromRadar(grid, {seen.time_s + delay.Time_s(), seen.range_m + delay.pulse_motion_m});
+  }
+  return place;
+}
+
+std::optional<ImageCoordinates> BlockBuilder::Locate(std::size_t pass, const Eigen::Vector3d& p_m) {
+  const ImagePass& image = images_[pass];
+  const auto place = image.aperture ? PlaceInSicd(image.aperture->sicd, p_m) : SeenAt(pass, p_m);
   if (!place || !Contains(images_[pass], *place)) return std::nullopt;
   return FileFromRaster(images_[pass], *place);
 }
@@ -486,6 +591,7 @@ void BlockBuilder::AddMatches(const MatchedPoints& matches) {
   for (std::size_t i = 0; i < point_of_look_.size(); ++i) {
     seen.insert(key(point_of_look_[i], block_.looks.pass[i]));
   }
+  std::vector<NewLook> looks;
   for (const MatchedPoint& row : matches.rows) {
     NewLook look;
     look.pass = ImageOf(matches, row);
@@ -497,8 +603,56 @@ void BlockBuilder::AddMatches(const MatchedPoints& matches) {
     }
     SetMatch(matches, row, &look);
     CompareWithGiven(matches, row, look);
+    looks.push_back(look);
+  }
+  SetDelaysWhereLooksMeet(matches, &looks);
+  for (const NewLook& look : looks) {
     AddLook(look);
     ++match_counts_[look.pass];
+  }
+}
+
+// The height of the grid is known to hundreds of metres in mountains; that at which two flights see
+// a point is better.
+void BlockBuilder::SetDelaysWhereLooksMeet(const MatchedPoints& matches,
+                                           std::vector<NewLook>* looks) {
+  constexpr double kUseful_m =
+      100.0;                         // standard deviation; of the height 0.1 m along track at most
+  constexpr double kApart_m = 10.0;  // by which paths and pixels may be off
+  std::map<std::uint32_t, std::vector<std::size_t>> by_point;
+  for (std::size_t i = 0; i < looks->size(); ++i) {
+    const NewLook& look = (*looks)[i];
+    if (look.by_place && !block_.points.given_m[look.point].allFinite()) {
+      by_point[look.point].push_back(i);
+    }
+  }
+  for (const auto& [point, indices] : by_point) {
+    if (indices.size() < 2) continue;
+    std::vector<FixedPathLook> seen;
+    for (const std::size_t i : indices) {
+      const NewLook& look = (*looks)[i];
+      const Pass& pass = block_.passes[look.pass];
+      const double time_s = look.time_s - look.time_shift_s;
+      const auto motion = pass.path.At(time_s);
+      if (!motion) continue;
+      FixedPathLook& fixed = seen.emplace_back();
+      fixed.antenna_m = motion->position_m;
+      fixed.velocity_mps = motion->velocity_mps;
+      fixed.acceleration_mps2 = motion->acceleration_mps2;
+      fixed.range_m = look.range_m - look.range_delay_m - look.by_place->troposphere_m;
+      fixed.side = static_cast<int>(pass.side);
+      fixed.range_sigma_m = fixed.azimuth_sigma = kApart_m;
+    }
+    const Intersection met = Intersect(seen, block_.frame);
+    if (met.outcome != IntersectionOutcome::kDetermined ||
+        !(met.covariance_m2.trace() < kUseful_m * kUseful_m)) {
+      continue;
+    }
+    for (const std::size_t i : indices) {
+      const ImageCoordinates place =
+          RasterFromFile(images_[(*looks)[i].pass], PlaceOf(matches, matches.rows[i]));
+      SetDelays(place, met.position_m, &(*looks)[i]);
+    }
   }
 }
 
@@ -510,7 +664,7 @@ void BlockBuilder::CompareWithGiven(const MatchedPoints& matches,
   if (!p_m.allFinite()) return;
   const auto& aperture = images_[look.pass].aperture;
   if (!aperture) {
-    offsets_.Add(look.pass, block_.passes[look.pass], {look.time_s, look.range_m}, p_m);
+    offsets_.Add(look.pass, block_.passes[look.pass], GeometricOf(look, p_m), p_m);
   } else if (const auto given_px = PlaceInSicd(aperture->sicd, p_m)) {
     offsets_.Add(look.pass, PlaceOf(matches, row), *given_px);
   }
@@ -589,9 +743,7 @@ void BlockBuilder::SetApertureMatch(const MatchedPoints& matches,
   }
 }
 
-void BlockBuilder::SetMatch(const MatchedPoints& matches,
-                            const MatchedPoint& row,
-                            NewLook* look) const {
+void BlockBuilder::SetMatch(const MatchedPoints& matches, const MatchedPoint& row, NewLook* look) {
   const Pass& pass = block_.passes[look->pass];
   const ImagePass& image = images_[look->pass];
   const ImageCoordinates place = RasterFromFile(image, PlaceOf(matches, row));
@@ -599,12 +751,14 @@ void BlockBuilder::SetMatch(const MatchedPoints& matches,
   if (image.aperture) return SetApertureMatch(matches, row, place, look);
   const auto radar = RadarFromImage(*pass.image, place);
   if (!radar) FailOutside(matches, row, "they have no slant range");
-  if (!pass.path.At(radar->time_s)) {
-    FailOutside(matches, row, "its path does not cover the time");
-  }
   const bool range_down = image.axes != RasterAxes::kAzimuthDown;
   look->time_s = radar->time_s;
   look->range_m = radar->range_m;
+  const Eigen::Vector3d& given_m = block_.points.given_m[look->point];
+  SetDelays(place, given_m.allFinite() ? std::optional(given_m) : std::nullopt, look);
+  if (!pass.path.At(look->time_s - look->time_shift_s)) {
+    FailOutside(matches, row, "its path does not cover the time");
+  }
   const double azimuth_px = range_down ? row.sample_sigma_px : row.line_sigma_px;
   const double range_px = range_down ? row.line_sigma_px : row.sample_sigma_px;
   if (!std::isnan(azimuth_px)) {
@@ -682,10 +836,10 @@ Eigen::Vector3d MeanPosition_m(const std::string& file,
 
 SeenReflectors ReflectorsInImages(const Reflectors& reflectors,
                                   const std::vector<UtcTime>& first_lines,
-                                  const BlockBuilder& builder,
+                                  BlockBuilder* builder,
                                   std::vector<std::string>* warnings) {
   const double earth_m = NamedEllipsoid("WGS84").a_m;
-  if (std::abs(builder.frame().ellipsoid().a_m - earth_m) > kSameRadius * earth_m) {
+  if (std::abs(builder->frame().ellipsoid().a_m - earth_m) > kSameRadius * earth_m) {
     throw InputError(FilePlace{reflectors.file, 0, ""},
                      "holds places on the Earth, the images are of another body");
   }
@@ -696,9 +850,9 @@ SeenReflectors ReflectorsInImages(const Reflectors& reflectors,
   }
   for (std::size_t pass = 0; pass < first_lines.size(); ++pass) {
     for (const ReflectorPosition& at :
-         ReflectorsAt(reflectors, first_lines[pass], builder.frame())) {
+         ReflectorsAt(reflectors, first_lines[pass], builder->frame())) {
       why[at.id] = "by its position it is in none of the images";
-      const auto place = builder.Locate(pass, at.position_m);
+      const auto place = builder->Locate(pass, at.position_m);
       if (!place) continue;
       ReflectorImages& predictions = seen[at.id];
       predictions.positions_m.push_back(at.position_m);

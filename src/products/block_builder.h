@@ -8,6 +8,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -15,6 +17,8 @@
 #include <vector>
 
 #include "core/utc.h"
+#include "reduction/look_reduction.h"
+#include "sentinel1_timing.h"
 #include "sicd.h"
 #include <Eigen/Core>
 
@@ -92,15 +96,25 @@ struct PixelOffset {
   double sample_sigma_px = kNotGiven;
 };
 
-/// Where a place lies in the image of a pass, by its path as given; nothing where its path does
-/// not see it at zero Doppler.
+/// What a measured range and time hold beyond geometry (Looks::range_delay_m).
+struct LookDelay {
+  double range_m = 0.0, time_s = 0.0;
+};
+/// The delay at a time and range of an image, both as measured.
+using DelayOfPlace = std::function<LookDelay(const RadarCoordinates& measured)>;
+
+/// When and at what range the path of a pass as given sees a place; nothing where it does not at
+/// zero Doppler.
+[[nodiscard]] std::optional<RadarCoordinates> SeenBy(const Pass& pass, const Eigen::Vector3d& p_m);
+/// Where that lies in the image of the pass.
 [[nodiscard]] std::optional<ImageCoordinates> PlaceInImage(const Pass& pass,
                                                            const Eigen::Vector3d& p_m);
 
 /// Collects offsets by pass.
 class OffsetCollector {
  public:
-  /// A look of a point whose given position is `p_m`; left out where one of both is outside.
+  /// A look, without its delay, of a point whose given position is `p_m`; left out where one of
+  /// both is outside.
   void Add(std::size_t index,
            const Pass& pass,
            const RadarCoordinates& measured,
@@ -154,11 +168,14 @@ struct ImagePass {
   const char* counting = "";  ///< what a refusal of places outside adds: who counts otherwise
   std::string orbit_file{};   ///< that the path was taken from; empty: the image's own
   RasterAxes axes = RasterAxes::kAzimuthDown;
+  DelayOfPlace delay{};  ///< what its looks hold beyond geometry, as the product states; empty: 0
   /// What the image itself says of its looks, in metres at the target.
   std::optional<double> range_sigma_m{}, azimuth_sigma_m{};
   std::optional<RadarCoordinates> middle{};  ///< a place about the middle of the image
   /// In place of pass.image; lines are rows, samples are columns.
   std::optional<ApertureImage> aperture{};
+  /// What times and ranges of Sentinel-1 hold by place; null: it stays in them.
+  std::shared_ptr<const Sentinel1Timing> timing{};
 };
 
 /// Standard deviation of a step, evenly spread: 1/sqrt(12).
@@ -176,12 +193,35 @@ inline constexpr double kSameRadius = 1e-3;
                                          const std::array<bool, 3>& fixed,
                                          double sigma_m);
 
+/// What is known of a look by its place in the image.
+struct PlaceDelay {
+  Sentinel1Delay timing;
+  double troposphere_m = 0.0;  ///< of the model of its pass, at the ground then known
+};
+
 struct NewLook {
   std::uint32_t point = 0, pass = 0;
   std::uint8_t flags = 0;
   double time_s = 0.0, range_m = 0.0;
   double doppler_hz = kNotGiven;                                ///< measured; NaN: zero Doppler
   double range_sigma_m = kNotGiven, azimuth_sigma = kNotGiven;  ///< NaN: those of the pass
+  /// What `range_m` and `time_s` hold beyond geometry (Looks::range_delay_m), still in them here.
+  double range_delay_m = 0.0, time_shift_s = 0.0;
+  std::optional<PlaceDelay> by_place{};  ///< of SetDelays(), whose sum is in the two above
+};
+
+/// Smallest, largest and mean value of something that looks hold beyond geometry.
+struct DelaySize {
+  std::size_t looks = 0;
+  double least = 0.0, largest = 0.0, sum = 0.0;
+
+  void Add(double value);
+  [[nodiscard]] double Mean() const { return looks > 0 ? sum / static_cast<double>(looks) : 0.0; }
+};
+/// Of the looks of one pass: measured minus geometric.
+struct ImageDelays {
+  DelaySize bistatic_s, fm_rate_s, pulse_motion_m;  ///< Sentinel1Delay
+  DelaySize troposphere_m;  ///< of Pass::reduction, at the ground then known
 };
 
 /// Puts images and points of all importers together: one geocentric frame, one pass an image, and
@@ -202,20 +242,35 @@ class BlockBuilder {
   /// Makes the point control or check.
   void SetKnown(PointRole role, const KnownPosition& known);
   void AddLook(const NewLook& look);
+  /// Sets what a look of a place in the raster of its pass holds beyond geometry, by the ground
+  /// that it shows: `p_m`, else that of the geolocation grid. Its time may be one that the product
+  /// gives the place instead of the raster's.
+  void SetDelays(const ImageCoordinates& place,
+                 const std::optional<Eigen::Vector3d>& p_m,
+                 NewLook* look);
+  /// Time and range of a look without what it holds at p_m, the models of its pass included.
+  [[nodiscard]] RadarCoordinates GeometricOf(const NewLook& look, const Eigen::Vector3d& p_m);
   /// Adds the looks of matched points, which are new tie points where no point has their name.
   void AddMatches(const MatchedPoints& matches);
-  /// Line and sample of the image file where a place is seen; nothing outside of it.
+  /// Line and sample of the image file where a place is seen, delays and shifts of the image
+  /// included; nothing outside of it.
   [[nodiscard]] std::optional<ImageCoordinates> Locate(std::size_t pass,
-                                                       const Eigen::Vector3d& p_m) const;
+                                                       const Eigen::Vector3d& p_m);
 
   /// Looks of matched points by pass, and offsets of those whose point has a position.
   [[nodiscard]] const std::vector<std::size_t>& MatchCounts() const { return match_counts_; }
   [[nodiscard]] std::vector<PixelOffset> MatchOffsets() const;
+  /// By pass.
+  [[nodiscard]] const std::vector<ImageDelays>& Delays() const { return delays_; }
   [[nodiscard]] Block Finish();
 
  private:
   void AppendTiePoint();
-  void SetMatch(const MatchedPoints& matches, const MatchedPoint& row, NewLook* look) const;
+  [[nodiscard]] std::optional<ImageCoordinates> SeenAt(std::size_t pass,
+                                                       const Eigen::Vector3d& p_m);
+  [[nodiscard]] LookReduction ModelsAt(std::size_t pass, double time_s, const Eigen::Vector3d& p_m);
+  void SetMatch(const MatchedPoints& matches, const MatchedPoint& row, NewLook* look);
+  void SetDelaysWhereLooksMeet(const MatchedPoints& matches, std::vector<NewLook>* looks);
   void SetApertureMatch(const MatchedPoints& matches,
                         const MatchedPoint& row,
                         const ImageCoordinates& place,
@@ -234,7 +289,9 @@ class BlockBuilder {
   Block block_;
   std::vector<ImagePass> images_;
   std::vector<std::uint32_t> point_of_look_;
-  std::vector<std::size_t> match_counts_;  // by pass
+  std::vector<std::size_t> match_counts_;   // by pass
+  std::vector<ImageDelays> delays_;         // by pass
+  std::optional<ReductionOfLooks> models_;  // of the passes; none before they are asked for
   OffsetCollector offsets_;
 };
 
@@ -255,7 +312,7 @@ struct SeenReflectors {
 /// refused from 1 m on. `first_lines` are the times of the images.
 [[nodiscard]] SeenReflectors ReflectorsInImages(const Reflectors& reflectors,
                                                 const std::vector<UtcTime>& first_lines,
-                                                const BlockBuilder& builder,
+                                                BlockBuilder* builder,
                                                 std::vector<std::string>* warnings);
 
 struct ImportOptions {
@@ -274,14 +331,22 @@ struct ImportOptions {
   std::optional<double> corner_sigma_m;
   double max_misfit_m = 10.0;  ///< a grid point that fits its orbit worse is faulty
 
-  double orbit_step_s = 1.0;  ///< spacing of the path's states; 0: as given
-  OrbitThrough through = OrbitThrough::kStates;
-  double orbit_margin_s = 60.0;  ///< of an orbit file, before and after the product
+  double orbit_step_s = 1.0;            ///< spacing of the path's states; 0: as given
+  std::optional<OrbitThrough> through;  ///< left out: positions of TerraSAR-X, states of others
+  double orbit_margin_s = 60.0;         ///< of an orbit file, before and after the product
 
   std::optional<MatchedPoints> points;
   std::optional<Reflectors> reflectors;
   PointRole reflector_role = PointRole::kControl;  ///< control or check
   std::optional<double> reflector_sigma_m;  ///< of their positions, each axis; needed for control
+
+  /// Takes what ranges and times are known to hold beyond geometry off them.
+  bool reduce = true;
+  /// Prior of the path of a flight with several images, each axis; left out: kPathSigma_m, of an
+  /// on-board orbit kOnBoardSigma_m.
+  std::optional<double> path_sigma_m;
+  /// Requirements of Sentinel-1: restituted orbits 0.1 m; on-board orbits have a metre.
+  static constexpr double kPathSigma_m = 0.1, kOnBoardSigma_m = 1.0;
 };
 
 /// Which ground range polynomial holds at a time between two that are given.

@@ -2,15 +2,18 @@
 #include "image.h"
 
 #include "sarblock/core/error.h"
+#include "sarblock/geometry/intersection.h"
 #include "sarblock/geometry/path.h"
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/text.h"
 #include "geometry/recorded_path.h"
 #include "geometry/smooth_path.h"
 #include "geometry/state_checks.h"
+#include "xml.h"
 #include <Eigen/Geometry>
 #include <fmt/core.h>
 
@@ -94,6 +97,32 @@ std::optional<std::string> ProblemOfState(const OrbitState* before, const OrbitS
   return std::nullopt;
 }
 
+std::vector<OrbitState> ReadStates(const XmlElement& list,
+                                   const char* name,
+                                   const std::function<OrbitState(const XmlElement&)>& read) {
+  const std::vector<XmlElement> elements = list.Children(name);
+  std::vector<OrbitState> states;
+  for (const XmlElement& element : elements) {
+    OrbitState state = read(element);
+    const auto problem = ProblemOfState(states.empty() ? nullptr : &states.back(), state);
+    if (problem) element.Fail(*problem);
+    states.push_back(std::move(state));
+  }
+  if (states.size() < 2) list.Fail("has fewer than two states, a path needs two or more");
+  if (const auto close = FindCloseStates(StatesFrom(states, states.front().time))) {
+    elements[close->second].Fail("this state and the one on line " +
+                                 std::to_string(elements[close->second - 1].line()) + " are " +
+                                 Describe(*close));
+  }
+  return states;
+}
+
+std::string CompactTime(const UtcTime& time) {
+  std::string text = UtcText(time);
+  std::erase_if(text, [](char c) { return c == '-' || c == ':' || c == 'Z'; });
+  return text;
+}
+
 std::vector<StateVector> StatesFrom(const std::vector<OrbitState>& states, const UtcTime& epoch) {
   std::vector<StateVector> result;
   result.reserve(states.size());
@@ -128,6 +157,24 @@ FlightPath PathThroughOrbit(const std::string& file,
     warnings->push_back(file + ": orbit: " + Describe(*alternation));
   }
   return path;
+}
+
+std::optional<Eigen::Vector3d> GroundOf(const FlightPath& path,
+                                        LookSide side,
+                                        const Frame& frame,
+                                        const RadarCoordinates& radar,
+                                        double height_m) {
+  const auto motion = path.At(radar.time_s);
+  if (!motion || !(radar.range_m > 0.0)) return std::nullopt;
+  FixedPathLook look;
+  look.antenna_m = motion->position_m;
+  look.velocity_mps = motion->velocity_mps;
+  look.acceleration_mps2 = motion->acceleration_mps2;
+  look.range_m = radar.range_m;
+  look.side = static_cast<int>(side);
+  const Intersection ground = IntersectWithHeight(look, frame, height_m);
+  if (ground.outcome != IntersectionOutcome::kDetermined) return std::nullopt;
+  return ground.position_m;
 }
 
 std::string Describe(const FaultyRow& row) {

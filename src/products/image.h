@@ -2,11 +2,14 @@
 #pragma once
 
 #include "sarblock/block/block.h"
+#include "sarblock/block/image_grid.h"
+#include "sarblock/geometry/frame.h"
 #include "sarblock/geometry/look_equations.h"
 #include "sarblock/geometry/path.h"
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,6 +18,14 @@
 #include <Eigen/Core>
 
 namespace sarblock {
+
+class XmlElement;
+
+/// Two-way time to one-way range.
+inline constexpr double kRangePerTime_mps = 0.5 * kSpeedOfLight_mps;
+
+/// The time of an id: 20221016T015044.
+[[nodiscard]] std::string CompactTime(const UtcTime& time);
 
 /// One state vector as a product or an orbit file gives it: earth-fixed axes, velocities relative
 /// to the turning Earth.
@@ -44,6 +55,42 @@ struct OrbitState {
                                           double step_s,
                                           OrbitThrough through,
                                           std::vector<std::string>* warnings);
+
+/// The states of the children of `list` called `name`, each read by `read`. Refuses, by their
+/// lines, states that make no path: ProblemOfState(), states too close to each other, fewer than
+/// two.
+[[nodiscard]] std::vector<OrbitState> ReadStates(
+    const XmlElement& list,
+    const char* name,
+    const std::function<OrbitState(const XmlElement&)>& read);
+
+/// Ground range polynomial of a product, see GroundRangePolynomial.
+struct ProductGroundRange {
+  UtcTime time;
+  double origin_m = 0.0;             ///< gr0
+  std::vector<double> coefficients;  ///< grsrCoefficients, m^(1-k)
+};
+
+/// A zero-Doppler image as a product gives it, with its orbit.
+struct ZeroDopplerImage {
+  std::string file;
+  LookSide side = LookSide::kLeft;
+  double wavelength_m = 0.0;
+  std::size_t lines = 0, samples = 0;
+  UtcTime first_line, last_line;  ///< zero-Doppler times of the centres of lines
+  double line_interval_s = 0.0;
+  double near_range_m = 0.0;  ///< one way, of the centre of the first sample; ground range: often 0
+  double range_spacing_m = 0.0;
+  std::vector<ProductGroundRange> ground_range;  ///< empty: in slant range
+  std::vector<OrbitState> orbit;                 ///< two or more, times increasing
+};
+/// Where a zero-Doppler look meets the height; nothing where it does not or its time is outside the
+/// path.
+[[nodiscard]] std::optional<Eigen::Vector3d> GroundOf(const FlightPath& path,
+                                                      LookSide side,
+                                                      const Frame& frame,
+                                                      const RadarCoordinates& radar,
+                                                      double height_m);
 
 /// What is wrong with a grid point.
 enum class GridFault {

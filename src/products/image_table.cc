@@ -21,43 +21,20 @@
 namespace sarblock {
 namespace {
 
-constexpr double kRangePerTime_mps = 0.5 * kSpeedOfLight_mps;  // two-way time to one-way range
-
 Eigen::Vector3d ReadVector(const XmlElement& element, const char* x, const char* y, const char* z) {
   return {element.Child(x).Number(), element.Child(y).Number(), element.Child(z).Number()};
 }
 
-void AppendState(const XmlElement& element, const OrbitState& state, std::vector<OrbitState>* all) {
-  const auto problem = ProblemOfState(all->empty() ? nullptr : &all->back(), state);
-  if (problem) element.Fail(*problem);
-  all->push_back(state);
-}
-
-// `elements` are those of the states.
-void RefuseCloseStates(const std::vector<XmlElement>& elements,
-                       const std::vector<OrbitState>& states) {
-  if (states.empty()) return;
-  const auto close = FindCloseStates(StatesFrom(states, states.front().time));
-  if (!close) return;
-  elements[close->second].Fail("this state and the one on line " +
-                               std::to_string(elements[close->second - 1].line()) + " are " +
-                               Describe(*close));
-}
-
-void ReadOrbit(const XmlElement& list, std::vector<OrbitState>* states) {
-  for (const XmlElement& orbit : list.Children("orbit")) {
+std::vector<OrbitState> ReadOrbit(const XmlElement& list) {
+  return ReadStates(list, "orbit", [](const XmlElement& orbit) -> OrbitState {
     const XmlElement frame = orbit.Child("frame");
     if (frame.Text() != "Earth Fixed") {
       frame.Fail("must be 'Earth Fixed', got '" + frame.Text() + "'");
     }
-    AppendState(orbit,
-                {orbit.Child("time").Time(),
-                 ReadVector(orbit.Child("position"), "x", "y", "z"),
-                 ReadVector(orbit.Child("velocity"), "x", "y", "z")},
-                states);
-  }
-  RefuseCloseStates(list.Children("orbit"), *states);
-  if (states->size() < 2) list.Fail("has fewer than two states, a path needs two or more");
+    return {orbit.Child("time").Time(),
+            ReadVector(orbit.Child("position"), "x", "y", "z"),
+            ReadVector(orbit.Child("velocity"), "x", "y", "z")};
+  });
 }
 
 GeolocationGridPoint ReadGridPoint(const XmlElement& element) {
@@ -213,16 +190,6 @@ std::string OptionalText(const XmlElement& element, const char* name) {
   return child ? child->Text() : std::string();
 }
 
-// A name that becomes part of an id.
-std::string Name(const XmlElement& element) {
-  const std::string name = element.Text();
-  const auto odd = [](char c) { return static_cast<unsigned char>(c) <= 0x20 || c == 0x7f; };
-  if (name.size() > 20 || std::any_of(name.begin(), name.end(), odd)) {
-    element.Fail("is not a short name without blanks");
-  }
-  return name;
-}
-
 }  // namespace
 
 Sentinel1Product ParseSentinel1(std::string_view text,
@@ -233,9 +200,9 @@ Sentinel1Product ParseSentinel1(std::string_view text,
   Sentinel1Product product;
   product.file = file;
   const XmlElement header = root.Child("adsHeader");
-  product.mission = Name(header.Child("missionId"));
-  product.swath = Name(header.Child("swath"));
-  product.polarisation = Name(header.Child("polarisation"));
+  product.mission = header.Child("missionId").Name();
+  product.swath = header.Child("swath").Name();
+  product.polarisation = header.Child("polarisation").Name();
   const XmlElement general = root.Child("generalAnnotation");
   const XmlElement information = general.Child("productInformation");
   product.wavelength_m = kSpeedOfLight_mps / information.Child("radarFrequency").Positive();
@@ -244,13 +211,13 @@ Sentinel1Product ParseSentinel1(std::string_view text,
     product.orbit_source = OptionalText(*processing, "orbitSource");
   }
   try {
-    ReadOrbit(general.Child("orbitList"), &product.orbit);
+    product.orbit = ReadOrbit(general.Child("orbitList"));
   } catch (const InputError& error) {
     if (use.orbit == PartUse::kUsed) throw;
-    product.orbit.clear();
     product.warnings.push_back(std::string("the annotated orbit is not used: ") + error.what());
   }
   ReadGrid(root.Child("geolocationGrid").Child("geolocationGridPointList"), use.grid, &product);
+  product.radar = ReadSentinel1Radar(root);
   return product;
 }
 
@@ -265,16 +232,12 @@ OrbitFile ParseOrbitFile(std::string_view text, const std::string& file) {
     frame.Fail("must be 'EARTH_FIXED', got '" + frame.Text() + "'");
   }
   const XmlElement list = xml.Root().Child("Data_Block").Child("List_of_OSVs");
-  for (const XmlElement& element : list.Children("OSV")) {
-    AppendState(element,
-                {element.Child("UTC").Time(),
-                 ReadVector(element, "X", "Y", "Z"),
-                 ReadVector(element, "VX", "VY", "VZ")},
-                &orbit.states);
+  orbit.states = ReadStates(list, "OSV", [&orbit](const XmlElement& element) -> OrbitState {
     orbit.quality.push_back(OptionalText(element, "Quality"));
-  }
-  RefuseCloseStates(list.Children("OSV"), orbit.states);
-  if (orbit.states.size() < 2) list.Fail("has fewer than two states, a path needs two or more");
+    return {element.Child("UTC").Time(),
+            ReadVector(element, "X", "Y", "Z"),
+            ReadVector(element, "VX", "VY", "VZ")};
+  });
   return orbit;
 }
 
@@ -493,13 +456,6 @@ NisarProduct ReadNisar(const std::string& name, NisarFrequency frequency, PartUs
 
 namespace {
 
-// The time of an id: 20221016T015044.
-std::string CompactTime(const UtcTime& time) {
-  std::string text = UtcText(time);
-  std::erase_if(text, [](char c) { return c == '-' || c == ':' || c == 'Z'; });
-  return text;
-}
-
 // S1A of an annotation and Sentinel-1A of an orbit file name the same satellite.
 bool SameMission(const std::string& product, const std::string& orbit) {
   return !product.empty() && !orbit.empty() &&
@@ -548,6 +504,17 @@ struct TakenOrbit {
   std::vector<StateVector> states;
 };
 
+}  // namespace
+
+bool Covers(const OrbitFile& orbit, const Sentinel1Product& product) {
+  if (!SameMission(product.mission, orbit.mission)) return false;
+  const Span span = SpanOf(product, product.first_line);
+  return SecondsBetween(product.first_line, orbit.states.front().time) <= span.start_s &&
+         SecondsBetween(product.first_line, orbit.states.back().time) >= span.end_s;
+}
+
+namespace {
+
 // The first orbit file of the mission that covers the product, with margin as far as it goes.
 TakenOrbit OrbitOfFiles(const std::vector<OrbitFile>& orbits,
                         const Sentinel1Product& product,
@@ -556,9 +523,8 @@ TakenOrbit OrbitOfFiles(const std::vector<OrbitFile>& orbits,
                         std::vector<std::string>* warnings) {
   const Span span = SpanOf(product, epoch);
   for (const OrbitFile& orbit : orbits) {
-    if (!SameMission(product.mission, orbit.mission)) continue;
+    if (!Covers(orbit, product)) continue;
     std::vector<StateVector> states = StatesFrom(orbit.states, epoch);
-    if (states.front().time_s > span.start_s || states.back().time_s < span.end_s) continue;
     const auto from = std::find_if(states.begin(), states.end(), [&](const StateVector& state) {
       return state.time_s >= span.start_s - margin_s;
     });
@@ -609,12 +575,17 @@ ImageGrid ImageOf(const Sentinel1Product& product, const UtcTime& epoch) {
   return image;
 }
 
-ImageGrid ImageOf(const NisarProduct& product, const UtcTime& epoch) {
+ImageGrid ImageOf(const ZeroDopplerImage& product, const UtcTime& epoch) {
   ImageGrid image;
+  if (!product.ground_range.empty()) image.presentation = Presentation::kGround;
   image.first_line_s = SecondsBetween(epoch, product.first_line);
   image.line_interval_s = product.line_interval_s;
   image.near_range_m = product.near_range_m;
   image.range_spacing_m = product.range_spacing_m;
+  for (const ProductGroundRange& polynomial : product.ground_range) {
+    image.ground_range.push_back(
+        {SecondsBetween(epoch, polynomial.time), polynomial.origin_m, polynomial.coefficients});
+  }
   return image;
 }
 
@@ -717,10 +688,16 @@ ImagePass PassOfSentinel1(const Sentinel1Product& product,
   image.first_line = product.first_line;
   const UtcTime epoch = SetEpoch(product.first_line, &pass);
   pass.wavelength_m = product.wavelength_m;
+  // The processor takes nothing off for the atmosphere.
+  if (options.reduce) pass.reduction.troposphere = TroposphereModel::kStandard;
   const Span span = SpanOf(product, epoch);
   const TakenOrbit orbit =
       orbits.empty() ? TakenOrbit{"", StatesFrom(product.orbit, epoch)}
                      : OrbitOfFiles(orbits, product, epoch, options.orbit_margin_s, warnings);
+  if (orbit.states.empty()) {
+    throw InputError(FilePlace{product.file, 0, "orbit"},
+                     "the annotated one is not used, and no orbit file covers this product");
+  }
   image.orbit_file = orbit.file;
   image.lines = product.lines;
   image.samples = product.samples;
@@ -731,7 +708,7 @@ ImagePass PassOfSentinel1(const Sentinel1Product& product,
                                orbit.states,
                                {span.start_s, span.end_s},
                                options.orbit_step_s,
-                               options.through,
+                               options.through.value_or(OrbitThrough::kStates),
                                warnings);
   pass.image = ImageOf(product, epoch);
   CheckImageGrid(*pass.image);
@@ -741,30 +718,46 @@ ImagePass PassOfSentinel1(const Sentinel1Product& product,
   return image;
 }
 
-ImagePass PassOfNisar(const NisarProduct& product,
-                      const ImportOptions& options,
-                      std::vector<std::string>* warnings) {
+Sentinel1Timing TimingOfSentinel1(const Sentinel1Product& product,
+                                  const Pass& pass,
+                                  const std::vector<double>& heights_m) {
+  const UtcTime epoch = WholeSecond(product.first_line);
+  std::vector<Sentinel1GridPlace> grid;
+  for (std::size_t i = 0; i < product.grid.size(); ++i) {
+    const GeolocationGridPoint& point = product.grid[i];
+    grid.push_back({{static_cast<double>(point.line), static_cast<double>(point.pixel)},
+                    {SecondsBetween(epoch, point.time), point.slant_range_m},
+                    heights_m[i]});
+  }
+  return {product.radar, product.swath, product.samples, pass, epoch, grid};
+}
+
+ImagePass PassOfZeroDopplerImage(const ZeroDopplerImage& product,
+                                 std::string id,
+                                 const char* orbit_place,
+                                 OrbitThrough through,
+                                 const ImportOptions& options,
+                                 std::vector<std::string>* warnings) {
   ImagePass image{.file = product.file, .ellipsoid = NamedEllipsoid("WGS84")};
-  warnings->insert(warnings->end(), product.warnings.begin(), product.warnings.end());
   image.lines = product.lines;
   image.samples = product.samples;
   Pass& pass = image.pass;
-  pass.id = "NISAR_" + product.band + "_" + product.frequency.back() + "_" +
-            CompactTime(product.first_line);
+  pass.id = std::move(id);
   image.first_line = product.first_line;
   const UtcTime epoch = SetEpoch(product.first_line, &pass);
   pass.side = product.side;
   pass.wavelength_m = product.wavelength_m;
-  Span span{SecondsBetween(epoch, product.first_line), SecondsBetween(epoch, product.last_line)};
+  const Span span{SecondsBetween(epoch, product.first_line),
+                  SecondsBetween(epoch, product.last_line)};
   pass.path = PathThroughOrbit(product.file,
                                StatesFrom(product.orbit, epoch),
                                {span.start_s, span.end_s},
                                options.orbit_step_s,
-                               options.through,
+                               through,
                                warnings);
   pass.image = ImageOf(product, epoch);
   if (!pass.path.At(span.start_s) || !pass.path.At(span.end_s)) {
-    throw InputError(FilePlace{product.file, 0, "metadata/orbit/time"},
+    throw InputError(FilePlace{product.file, 0, orbit_place},
                      fmt::format("covers {:.3f} to {:.3f} s after {}, the image {:.3f} to {:.3f} s",
                                  pass.path.start_s(),
                                  pass.path.end_s(),
@@ -772,13 +765,32 @@ ImagePass PassOfNisar(const NisarProduct& product,
                                  span.start_s,
                                  span.end_s));
   }
-  image.middle = {0.5 * (span.start_s + span.end_s),
-                  product.near_range_m +
-                      0.5 * static_cast<double>(product.samples - 1) * product.range_spacing_m};
-  if (options.grid) {
-    for (const UtcTime& time : product.grid.time) span.Include(SecondsBetween(epoch, time));
-  }
+  CheckImageGrid(*pass.image);
+  image.middle = RadarFromImage(*pass.image,
+                                {0.5 * static_cast<double>(product.lines - 1),
+                                 0.5 * static_cast<double>(product.samples - 1)});
   image.span_s = {span.start_s, span.end_s};
+  return image;
+}
+
+ImagePass PassOfNisar(const NisarProduct& product,
+                      const ImportOptions& options,
+                      std::vector<std::string>* warnings) {
+  warnings->insert(warnings->end(), product.warnings.begin(), product.warnings.end());
+  ImagePass image =
+      PassOfZeroDopplerImage(product,
+                             "NISAR_" + product.band + "_" + product.frequency.back() + "_" +
+                                 CompactTime(product.first_line),
+                             "metadata/orbit/time",
+                             options.through.value_or(OrbitThrough::kStates),
+                             options,
+                             warnings);
+  if (options.grid) {
+    Span span{(*image.span_s)[0], (*image.span_s)[1]};
+    const UtcTime epoch = WholeSecond(product.first_line);
+    for (const UtcTime& time : product.grid.time) span.Include(SecondsBetween(epoch, time));
+    image.span_s = {span.start_s, span.end_s};
+  }
   return image;
 }
 

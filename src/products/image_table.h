@@ -15,6 +15,7 @@
 #include "block_builder.h"
 #include "core/utc.h"
 #include "image.h"
+#include "sentinel1_timing.h"
 #include <Eigen/Core>
 
 namespace sarblock {
@@ -27,13 +28,6 @@ struct GeolocationGridPoint {
   double slant_range_m = 0.0;  ///< one way: c/2 times slantRangeTime
   Geodetic place;              ///< WGS84
   std::size_t file_line = 0;   ///< of its element
-};
-
-/// Ground range polynomial of a product, see GroundRangePolynomial.
-struct ProductGroundRange {
-  UtcTime time;
-  double origin_m = 0.0;             ///< gr0
-  std::vector<double> coefficients;  ///< grsrCoefficients, m^(1-k)
 };
 
 /// Whether what makes no sense in a part of a file refuses the file, or is left out and counted in
@@ -62,6 +56,7 @@ struct Sentinel1Product {
   std::vector<ValidSamples> valid_samples;  ///< by line of all bursts; empty: the file has none
   std::vector<OrbitState> orbit;            ///< two or more, times increasing
   std::vector<GeolocationGridPoint> grid;   ///< by line, then pixel
+  Sentinel1Radar radar;                     ///< pulses and Dopplers
   std::vector<std::string> warnings;        ///< what was left out of parts that are not used
 };
 
@@ -117,20 +112,11 @@ struct NisarGrid {
 
 /// What an RSLC product of NISAR (HDF5) says of geometry. Names and meanings: NISAR L1 RSLC product
 /// specification, JPL D-102268.
-struct NisarProduct {
-  std::string file;
+struct NisarProduct : ZeroDopplerImage {
   std::string band;       ///< LSAR or SSAR
   std::string frequency;  ///< frequencyA or frequencyB
   std::string orbit_type;
-  LookSide side = LookSide::kLeft;
-  double wavelength_m = 0.0;  ///< c / processedCenterFrequency
-  std::size_t lines = 0, samples = 0;
-  UtcTime first_line, last_line;  ///< zero-Doppler times of the centres of lines
-  double line_interval_s = 0.0;
-  double near_range_m = 0.0;  ///< one way, of the centre of the first sample
-  double range_spacing_m = 0.0;
-  std::vector<OrbitState> orbit;  ///< two or more, times increasing
-  NisarGrid grid;                 ///< empty where the product has none
+  NisarGrid grid;  ///< empty where the product has none
   std::vector<std::string> warnings;
 };
 
@@ -141,12 +127,27 @@ struct NisarProduct {
                                      NisarFrequency frequency = NisarFrequency::kA,
                                      PartUse grid = PartUse::kUsed);
 
+/// Whether an orbit file is of the satellite of a product and covers its image and grid.
+[[nodiscard]] bool Covers(const OrbitFile& orbit, const Sentinel1Product& product);
+
 /// The image of a product as a pass, its id made of the product's own names. An annotation of
 /// Sentinel-1 does not give the look side: it follows from the grid.
 [[nodiscard]] ImagePass PassOfSentinel1(const Sentinel1Product& product,
                                         const std::vector<OrbitFile>& orbits,
                                         const ImportOptions& options,
                                         std::vector<std::string>* warnings);
+/// `orbit_place` is where the product gives its orbit, for messages.
+[[nodiscard]] ImagePass PassOfZeroDopplerImage(const ZeroDopplerImage& product,
+                                               std::string id,
+                                               const char* orbit_place,
+                                               OrbitThrough through,
+                                               const ImportOptions& options,
+                                               std::vector<std::string>* warnings);
+/// What times and ranges of its image hold; `pass` is that of PassOfSentinel1() with its side and
+/// `heights_m` are those of its grid points.
+[[nodiscard]] Sentinel1Timing TimingOfSentinel1(const Sentinel1Product& product,
+                                                const Pass& pass,
+                                                const std::vector<double>& heights_m);
 [[nodiscard]] ImagePass PassOfNisar(const NisarProduct& product,
                                     const ImportOptions& options,
                                     std::vector<std::string>* warnings);

@@ -8,6 +8,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
+#include <limits>
+#include <memory>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -16,11 +19,13 @@
 #include "block_builder.h"
 #include "bytes.h"
 #include "csm.h"
+#include "iceye.h"
 #include "image.h"
 #include "image_table.h"
 #include "isis.h"
 #include "sicd.h"
 #include "sicd_image.h"
+#include "terrasarx.h"
 #include <fmt/core.h>
 
 namespace sarblock {
@@ -37,6 +42,7 @@ void CheckOptions(const ImportOptions& options, std::size_t images) {
   positive(options.reflector_sigma_m, "reflector-sigma-m");
   positive(options.range_sigma_m, "range-sigma-m");
   positive(options.azimuth_sigma_m, "azimuth-sigma-m");
+  positive(options.path_sigma_m, "path-sigma-m");
   positive(options.max_misfit_m, "max-misfit-m");
   positive(options.orbit_margin_s, "orbit-margin-s");
   constexpr double kShortestStep_s = 0.01;
@@ -121,9 +127,27 @@ LookSigma SigmaOf(const ImagePass& image, const ImportOptions& options) {
 /// A point of a geolocation grid beside its fit.
 struct GridPlace {
   std::string name;  ///< of the point, behind the id of its pass
-  GridPoint point;
+  GridPoint point;   ///< without its delay
   std::size_t file_line = 0;
+  std::optional<ImageCoordinates> pixel{};  ///< whose time and range it gives, where it says so
+  LookDelay delay{};                        ///< that the product states
 };
+
+/// Where a product has its grid, for messages.
+struct GridSource {
+  std::string file;
+  const char* time;  ///< the element or dataset of its times
+};
+template <typename Product>
+GridSource GridSourceOf(const Product& product) {
+  return {product.file, "geolocationGrid/zeroDopplerTime"};
+}
+GridSource GridSourceOf(const Sentinel1Product& product) {
+  return {product.file, "geolocationGridPoint.azimuthTime"};
+}
+GridSource GridSourceOf(const TerraSarXProduct& product) {
+  return {product.georef_file, "geoReference.geolocationGrid.gridPoint.t"};
+}
 
 /// Calls `row(line, same_time)` and `point(place)` for a product's grid, row by row.
 template <typename Row, typename Point>
@@ -137,9 +161,11 @@ void ForGrid(const Sentinel1Product& product,
       row(given.line, before != nullptr && SecondsBetween(before->time, given.time) == 0.0);
     }
     before = &given;
-    point(GridPlace{fmt::format("{}:{}", given.line, given.pixel),
-                    {SecondsBetween(epoch, given.time), given.slant_range_m, given.place},
-                    given.file_line});
+    point(GridPlace{
+        fmt::format("{}:{}", given.line, given.pixel),
+        {SecondsBetween(epoch, given.time), given.slant_range_m, given.place},
+        given.file_line,
+        ImageCoordinates{static_cast<double>(given.line), static_cast<double>(given.pixel)}});
   }
 }
 
@@ -169,6 +195,30 @@ void ForGrid(const NisarProduct& product,
   }
 }
 
+template <typename Row, typename Point>
+void ForGrid(const TerraSarXProduct& product,
+             const UtcTime& epoch,
+             const Row& row,
+             const Point& point) {
+  const TerraSarXGridPoint* before = nullptr;
+  for (const TerraSarXGridPoint& given : product.grid) {
+    if (before == nullptr || before->azimuth_index != given.azimuth_index) {
+      const double line = SecondsBetween(product.first_line, given.time) / product.line_interval_s;
+      row(static_cast<int>(std::lround(line)),
+          before != nullptr && SecondsBetween(before->time, given.time) == 0.0);
+    }
+    before = &given;
+    const LookDelay delay = product.effects.At(given.range_m);
+    point(GridPlace{fmt::format("{}:{}", given.azimuth_index, given.range_index),
+                    {SecondsBetween(epoch, given.time) - delay.time_s,
+                     given.range_m - delay.range_m,
+                     given.place},
+                    given.file_line,
+                    std::nullopt,
+                    delay});
+  }
+}
+
 // The scene centre point, which the metadata place in the image and on the ground.
 template <typename Row, typename Point>
 void ForGrid(const SicdImage& image, const UtcTime& epoch, const Row& row, const Point& point) {
@@ -176,6 +226,12 @@ void ForGrid(const SicdImage& image, const UtcTime& epoch, const Row& row, const
   const SicdPoint centre = CentreOfSicd(image, SecondsBetween(epoch, image.start));
   point(GridPlace{centre.name, centre.point, 0});
 }
+
+template <typename Row, typename Point>
+void ForGrid(const IceyeProduct& /*image*/,
+             const UtcTime& /*epoch*/,
+             const Row& /*row*/,
+             const Point& /*point*/) {}
 
 template <typename Row, typename Point>
 void ForGrid(const RadarImage& /*image*/,
@@ -189,17 +245,58 @@ constexpr double kAnyMisfit_m = 1e9;
 /// Collects what all images add to the block.
 class Importer {
  public:
-  Importer(const std::vector<OrbitFile>& orbits, const ImportOptions& options)
-      : orbits_(orbits), options_(options), builder_(options.name) {}
+  Importer(const std::vector<SensorImage>& images,
+           const std::vector<OrbitFile>& orbits,
+           const ImportOptions& options)
+      : orbits_(orbits), options_(options), builder_(options.name) {
+    all_orbits_used_ = std::all_of(orbits.begin(), orbits.end(), [&](const OrbitFile& orbit) {
+      return std::any_of(images.begin(), images.end(), [&](const SensorImage& image) {
+        const auto* const product = std::get_if<Sentinel1Product>(&image);
+        return product != nullptr && Covers(orbit, *product);
+      });
+    });
+  }
 
   void Add(const Sentinel1Product& product, const std::string& id) {
+    const bool covered = std::any_of(orbits_.begin(), orbits_.end(), [&](const OrbitFile& orbit) {
+      return Covers(orbit, product);
+    });
+    // A file that is of no image is a mistake, which PassOfSentinel1() names.
+    const bool annotated = !covered && all_orbits_used_;
+    if (annotated && !orbits_.empty()) {
+      result_.warnings.push_back(product.file +
+                                 ": no orbit file covers it, its annotated orbit is taken");
+    }
+    if (annotated && product.orbit_source == kOnBoard) {
+      result_.warnings.push_back(
+          product.file +
+          ": its orbit was determined on board (Downlink) and is a metre or two off along track: "
+          "its "
+          "geolocation grid is no control; an orbit file (--orbit) takes its place");
+    }
     Add(product,
-        PassOfSentinel1(product, orbits_, options_, &result_.warnings),
+        PassOfSentinel1(
+            product, annotated ? std::vector<OrbitFile>() : orbits_, options_, &result_.warnings),
         product.orbit_source,
         id);
   }
   void Add(const NisarProduct& product, const std::string& id) {
     Add(product, PassOfNisar(product, options_, &result_.warnings), product.orbit_type, id);
+  }
+  void Add(const TerraSarXProduct& given, const std::string& id) {
+    TerraSarXProduct product = given;
+    if (!options_.reduce) product.effects = {};
+    Add(product, PassOfTerraSarX(product, options_, &result_.warnings), product.orbit_accuracy, id);
+    const std::string effects = Describe(product.effects);
+    if (!effects.empty()) {
+      result_.products.back().stated = "taken off its looks, as the product states: " + effects;
+    }
+  }
+  void Add(const IceyeProduct& product, const std::string& id) {
+    std::string stated;
+    ImagePass pass = PassOfIceye(product, options_, &result_.warnings, &stated);
+    Add(product, std::move(pass), product.orbit_level, id);
+    result_.products.back().stated = std::move(stated);
   }
   void Add(const SicdImage& image, const std::string& id) {
     ImagePass pass = PassOfSicd(image);
@@ -232,8 +329,14 @@ class Importer {
       builder_.AddMatches(*options_.points);
       CountMatches();
     }
+    for (std::size_t i = 0; i < result_.products.size(); ++i) {
+      result_.products[i].delays = builder_.Delays()[i];
+    }
     result_.block = builder_.Finish();
-    for (std::string& remark : FindSameFlights(result_.block, [](auto, auto) { return false; })) {
+    ShareFlights();
+    for (std::string& remark : FindSameFlights(result_.block, [this](std::size_t a, std::size_t b) {
+           return take_of_[a] != kNoTake && take_of_[a] == take_of_[b];
+         })) {
       result_.warnings.push_back(std::move(remark));
     }
     return std::move(result_);
@@ -252,6 +355,7 @@ class Importer {
         .file = image.file, .pass = image.pass.id, .orbit_source = orbit_source};
     summary.orbit_file = image.orbit_file;
     const std::vector<GridFit> fits = FitGrid(product, &image.pass, first_line, &summary);
+    AttachTiming(product, fits, &image);
     const std::uint32_t pass = builder_.AddImage(std::move(image));
     first_lines_.push_back(first_line);
     result_.products.push_back(std::move(summary));
@@ -266,7 +370,8 @@ class Importer {
                                ImportedProduct* summary) {
     // A grid is that of the Earth's ellipsoid.
     const Frame earth = Frame::Geocentric(NamedEllipsoid("WGS84"));
-    FaultyRows rows(summary->file);
+    const GridSource source = GridSourceOf(product);
+    FaultyRows rows(source.file);
     std::vector<GridFit> fits;
     std::vector<bool> trusted;  // time and position agree
     std::vector<double> late_s;
@@ -277,13 +382,13 @@ class Importer {
         [&](int line, bool same_time) { rows.Begin(line, same_time); },
         [&](const GridPlace& place) {
           const auto fit = FitGridPoint(place.point, earth, pass->path, options_.max_misfit_m);
-          if (!fit) FailOutside(*summary, *pass, place);
+          if (!fit) FailOutside(source, *pass, place);
           rows.Add(*fit, place.file_line);
           Count(*fit, summary);
           trusted.push_back(fit->fault != GridFault::kPosition);
           if (!trusted.back()) AppendLateness(place.point, *fit, *pass, &late_s);
           left += fit->side == LookSide::kLeft ? 1U : 0U;
-          if (options_.grid) fits.push_back(*fit);
+          if (options_.grid || place.pixel) fits.push_back(*fit);
         });
     if (summary->good > 0) summary->mean_along_m /= static_cast<double>(summary->good);
     if (summary->grid_points > 0 && late_s.size() == summary->grid_points) {
@@ -332,20 +437,39 @@ class Importer {
             gps ? fmt::format(", and GPS time differs from UTC by {:.0f} s", whole_s) : ""));
   }
 
+  // What stays in the times and ranges of the image although it was to be taken off is a warning.
+  void AttachTiming(const Sentinel1Product& product,
+                    const std::vector<GridFit>& fits,
+                    ImagePass* image) {
+    if (!options_.reduce) return;
+    std::vector<double> heights_m;
+    for (std::size_t i = 0; i < fits.size(); ++i) {
+      heights_m.push_back(product.grid[i].place.h_m + fits[i].height_change_m);
+    }
+    auto timing =
+        std::make_shared<const Sentinel1Timing>(TimingOfSentinel1(product, image->pass, heights_m));
+    if (!timing->left_out().empty()) {
+      result_.warnings.push_back(product.file +
+                                 ": stays in its times and ranges: " + timing->left_out());
+    }
+    image->timing = std::move(timing);
+  }
+  template <typename Product>
+  static void AttachTiming(const Product& /*product*/,
+                           const std::vector<GridFit>& /*fits*/,
+                           ImagePass* /*image*/) {}
+
   static void HoldRaster(const Sentinel1Product& product, const std::vector<bool>& trusted) {
     RequireRasterOfGrid(product, trusted);
   }
   template <typename Product>
   static void HoldRaster(const Product& /*product*/, const std::vector<bool>& /*trusted*/) {}
 
-  [[noreturn]] static void FailOutside(const ImportedProduct& summary,
+  [[noreturn]] static void FailOutside(const GridSource& source,
                                        const Pass& pass,
                                        const GridPlace& place) {
     throw InputError(
-        FilePlace{summary.file,
-                  place.file_line,
-                  place.file_line > 0 ? "geolocationGridPoint.azimuthTime"
-                                      : "geolocationGrid/zeroDopplerTime"},
+        FilePlace{source.file, place.file_line, source.time},
         fmt::format("{:.6f} s after {} is outside the orbit, which goes from {:.6f} to {:.6f} s",
                     place.point.time_s,
                     pass.epoch_utc,
@@ -374,6 +498,78 @@ class Importer {
     }
   }
 
+  // One set of path errors for the images of each flight, unless they brought their own.
+  void ShareFlights() {
+    take_of_.assign(result_.block.passes.size(), kNoTake);
+    for (const std::vector<std::size_t>& flight : FindFlights(result_.block)) {
+      DataTake take;
+      bool on_board = false, own = false;
+      for (const std::size_t i : flight) {
+        const std::string& id = result_.block.passes[i].id;
+        take.passes.push_back(id);
+        const ImportedProduct& product = result_.products[i];
+        on_board = on_board || (product.orbit_file.empty() && product.orbit_source == kOnBoard);
+        own = own || std::any_of(result_.corrections.begin(),
+                                 result_.corrections.end(),
+                                 [&](const CorrectionGroup& group) {
+                                   return std::holds_alternative<PositionCorrection>(group.model) &&
+                                          group.passes.front() == id;
+                                 });
+      }
+      take.repeated = RejectRepeated(flight);
+      if (take.repeated > 0) {
+        result_.warnings.push_back(fmt::format(
+            "{} looks at pixels that another polarisation of the same image has too are rejected: "
+            "they are no independent measurements",
+            take.repeated));
+      }
+      if (own) continue;
+      take.path_sigma_m = options_.path_sigma_m.value_or(on_board ? ImportOptions::kOnBoardSigma_m
+                                                                  : ImportOptions::kPathSigma_m);
+      PositionCorrection position;
+      position.prior_sigma_m.fill({take.path_sigma_m});
+      for (const std::size_t i : flight) take_of_[i] = result_.takes.size();
+      result_.corrections.push_back({"position", position, take.passes, true});
+      result_.takes.push_back(std::move(take));
+    }
+  }
+
+  // Polarisations: one raster.
+  [[nodiscard]] bool SameRaster(std::size_t a, std::size_t b) const {
+    const Pass &one = result_.block.passes[a], &other = result_.block.passes[b];
+    if (!one.image || !other.image) return false;
+    const ImageGrid &first = *one.image, &second = *other.image;
+    constexpr double kSame = 0.5;  // pixels
+    return first.presentation == second.presentation &&
+           std::abs(SecondsBetween(first_lines_[a], first_lines_[b])) <
+               kSame * first.line_interval_s &&
+           std::abs(first.near_range_m - second.near_range_m) < kSame * first.range_spacing_m &&
+           first.range_spacing_m == second.range_spacing_m &&
+           first.line_interval_s == second.line_interval_s &&
+           one.wavelength_m == other.wavelength_m;
+  }
+
+  // Rejects the looks of a point at a pixel that it has been seen at already; their number.
+  std::size_t RejectRepeated(const std::vector<std::size_t>& flight) {
+    Looks& looks = result_.block.looks;
+    std::size_t rejected = 0;
+    for (std::size_t point = 0; point + 1 < looks.offsets.size(); ++point) {
+      for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
+        for (std::size_t j = looks.offsets[point]; j < i; ++j) {
+          const std::size_t a = looks.pass[j], b = looks.pass[i];
+          if (looks.rejected(i) || looks.rejected(j) || a == b ||
+              !std::binary_search(flight.begin(), flight.end(), a) ||
+              !std::binary_search(flight.begin(), flight.end(), b) || !SameRaster(a, b)) {
+            continue;
+          }
+          looks.flags[i] |= Looks::kRejected;
+          ++rejected;
+        }
+      }
+    }
+    return rejected;
+  }
+
   static void Count(const GridFit& fit, ImportedProduct* summary) {
     ++summary->grid_points;
     if (fit.fault) return;
@@ -386,7 +582,7 @@ class Importer {
   void SetSide(const Sentinel1Product& /*product*/, bool left, Pass* pass) {
     pass->side = left ? LookSide::kLeft : LookSide::kRight;
   }
-  void SetSide(const NisarProduct& product, bool left, Pass* pass) {
+  void SetSide(const ZeroDopplerImage& product, bool left, Pass* pass) {
     if (left == (pass->side == LookSide::kLeft)) return;
     result_.warnings.push_back(fmt::format(
         "{}: lookDirection is {}, but the geolocation grid lies to the {} of the flight",
@@ -431,20 +627,49 @@ class Importer {
     const bool wrong_height = fit.fault == GridFault::kHeight;
     const bool known = role != PointRole::kTie && (!wrong_height || sigma_m);
     const bool usable = known || (!fit.fault && role == PointRole::kTie);
-    if (usable) builder_.SetPosition(*point, fit.position_m);
-    if (known) {
-      builder_.SetKnown(role,
-                        EquallyKnown(*point, {true, true, !wrong_height}, sigma_m.value_or(0.0)));
-    }
     NewLook look{.point = *point, .pass = pass};
     look.flags = fit.fault == GridFault::kPosition ? Looks::kRejected : 0;
-    look.time_s = place.point.time_s;
-    look.range_m = place.point.range_m;
+    look.time_shift_s = place.delay.time_s;
+    look.range_delay_m = place.delay.range_m;
+    look.time_s = place.point.time_s + place.delay.time_s;
+    look.range_m = place.point.range_m + place.delay.range_m;
     if (place.point.cone.kind == Cone::Kind::kDoppler) {
       look.doppler_hz =
           2.0 * place.point.cone.closing_mps / builder_.block().passes[pass].wavelength_m;
     }
+    if (place.pixel) builder_.SetDelays(*place.pixel, std::nullopt, &look);
+    // A product that states its delays has placed its grid without them.
+    const bool reduced = place.delay.range_m != 0.0 || place.delay.time_s != 0.0;
+    if (usable) builder_.SetPosition(*point, reduced ? fit.position_m : Moved(look, fit));
+    if (known) {
+      builder_.SetKnown(role,
+                        EquallyKnown(*point, {true, true, !wrong_height}, sigma_m.value_or(0.0)));
+    }
     builder_.AddLook(look);
+  }
+
+  // Where the ground of a grid point is. The product placed it by its time and range as they are
+  // measured; without their delays the same look sees another place of that height.
+  Eigen::Vector3d Moved(const NewLook& look, const GridFit& fit) {
+    const RadarCoordinates measured{look.time_s, look.range_m};
+    const RadarCoordinates geometric = builder_.GeometricOf(look, fit.position_m);
+    if (geometric.time_s == measured.time_s && geometric.range_m == measured.range_m) {
+      return fit.position_m;
+    }
+    const Pass& pass = builder_.block().passes[look.pass];
+    const double h_m = builder_.frame().GeodeticFromFrame(fit.position_m).h_m + fit.height_change_m;
+    const auto ground = [&](const RadarCoordinates& radar) {
+      return GroundOf(pass.path, fit.side, builder_.frame(), radar, h_m);
+    };
+    const auto before_m = ground(measured);
+    auto after_m = before_m;
+    for (int step = 0; after_m && step < 2; ++step) {
+      after_m = ground(builder_.GeometricOf(look, *after_m));
+    }
+    if (!after_m) return fit.position_m;
+    const Eigen::Vector3d move_m = *after_m - *before_m;
+    result_.products[look.pass].grid_move_m.Add(move_m.norm());
+    return fit.position_m + move_m;
   }
 
   // Only those that are measured, where it is known which are.
@@ -454,7 +679,7 @@ class Importer {
       for (const MatchedPoint& row : options_.points->rows) measured.insert(row.point);
     }
     const SeenReflectors seen =
-        ReflectorsInImages(*options_.reflectors, first_lines_, builder_, &result_.warnings);
+        ReflectorsInImages(*options_.reflectors, first_lines_, &builder_, &result_.warnings);
     for (const SeenReflector& reflector : seen.reflectors) {
       if (options_.points && !measured.contains(reflector.id)) continue;
       const auto point = builder_.AddPoint(reflector.id);
@@ -494,11 +719,16 @@ class Importer {
     }
   }
 
+  static constexpr const char* kOnBoard = "Downlink";
+  static constexpr std::size_t kNoTake = std::numeric_limits<std::size_t>::max();
+
   const std::vector<OrbitFile>& orbits_;
   const ImportOptions& options_;
+  bool all_orbits_used_ = false;
   BlockBuilder builder_;
   ImportedBlock result_;
   std::vector<UtcTime> first_lines_;
+  std::vector<std::size_t> take_of_;  // by pass
 };
 
 }  // namespace
@@ -507,7 +737,7 @@ ImportedBlock ImportProducts(const std::vector<SensorImage>& images,
                              const std::vector<OrbitFile>& orbits,
                              const ImportOptions& options) {
   CheckOptions(options, images.size());
-  Importer importer(orbits, options);
+  Importer importer(images, orbits, options);
   for (std::size_t i = 0; i < images.size(); ++i) {
     const std::string id = options.pass_ids.empty() ? "" : options.pass_ids[i];
     std::visit([&](const auto& image) { importer.Add(image, id); }, images[i]);
@@ -543,6 +773,20 @@ Sentinel1Product ReadSentinel1(const std::string& file, const Sentinel1Use& use)
   return ParseSentinel1(ReadXml(file), file, use);
 }
 
+TerraSarXProduct ReadTerraSarX(const std::string& file) {
+  namespace fs = std::filesystem;
+  TerraSarXProduct product = ParseTerraSarX(ReadXml(file), file);
+  const fs::path folder = fs::path(file).parent_path();
+  for (const fs::path& georef : {folder / "ANNOTATION" / "GEOREF.xml", folder / "GEOREF.xml"}) {
+    if (!fs::exists(georef)) continue;
+    AddGeoref(ReadXml(georef.string()), georef.string(), &product);
+    break;
+  }
+  return product;
+}
+
+IceyeProduct ReadIceye(const std::string& file) { return ParseIceye(ReadXml(file), file); }
+
 OrbitFile ReadOrbitFile(const std::string& file) { return ParseOrbitFile(ReadXml(file), file); }
 
 SensorImage ReadSensorImage(const std::string& file,
@@ -553,13 +797,17 @@ SensorImage ReadSensorImage(const std::string& file,
   if (front.starts_with("NITF") || front.starts_with("NSIF")) return ReadSicd(file);
   if (front.starts_with("<")) {
     if (front.find("<SICD") != std::string::npos) return ReadSicd(file);
+    if (front.find("<level1Product") != std::string::npos) return ReadTerraSarX(file);
+    if (front.find("<Metadata") != std::string::npos) return ReadIceye(file);
     return ReadSentinel1(file, use);
   }
   if (front.starts_with("{") || front.starts_with(kCsmModelName)) return ReadCsmIsd(file);
   if (front.starts_with("Object")) return ReadIsisCube(file);
-  throw InputError(FilePlace{file, 0, ""},
-                   "is no image that is read: a Sentinel-1 annotation (XML), an RSLC of NISAR "
-                   "(HDF5), a SICD image (NITF, XML), a cube of ISIS or an ISD (JSON) is needed");
+  throw InputError(
+      FilePlace{file, 0, ""},
+      "is no image that is read: an annotation of Sentinel-1 or TerraSAR-X or metadata of ICEYE "
+      "(XML), an "
+      "RSLC of NISAR (HDF5), a SICD image (NITF, XML), a cube of ISIS or an ISD (JSON) is needed");
 }
 
 }  // namespace sarblock

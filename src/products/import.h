@@ -10,26 +10,34 @@
 #include <vector>
 
 #include "block_builder.h"
+#include "iceye.h"
 #include "image.h"
 #include "image_table.h"
 #include "network.h"
 #include "sicd.h"
+#include "terrasarx.h"
 
 namespace sarblock {
 
 /// An image of any kind that an importer reads.
-using SensorImage = std::variant<Sentinel1Product, NisarProduct, SicdImage, RadarImage>;
+using SensorImage = std::
+    variant<Sentinel1Product, NisarProduct, TerraSarXProduct, IceyeProduct, SicdImage, RadarImage>;
 
-/// Reads a Sentinel-1 annotation (XML), an RSLC of NISAR (HDF5), a SICD image (NITF or XML), a cube
-/// of ISIS or an ISD of USGSCSM (JSON), known by how the file begins. Throws InputError with what
-/// the file's reader says, and for files of other kinds. `use` says which parts become part of a
-/// block, of NISAR its grid.
+/// Reads an annotation of Sentinel-1 or TerraSAR-X or metadata of ICEYE (XML), an RSLC of NISAR
+/// (HDF5), a SICD image (NITF or XML), a cube of ISIS or an ISD of USGSCSM (JSON), known by how the
+/// file begins. Throws InputError with what the file's reader says, and for files of other kinds.
+/// `use` says which parts become part of a block, of NISAR its grid.
 [[nodiscard]] SensorImage ReadSensorImage(const std::string& file,
                                           NisarFrequency frequency = NisarFrequency::kA,
                                           const Sentinel1Use& use = {});
 
 /// Reads a Sentinel-1 annotation.
 [[nodiscard]] Sentinel1Product ReadSentinel1(const std::string& file, const Sentinel1Use& use = {});
+/// Reads an annotation of TerraSAR-X, and GEOREF.xml where it is in ANNOTATION/ beside it or in its
+/// own folder.
+[[nodiscard]] TerraSarXProduct ReadTerraSarX(const std::string& file);
+/// Reads the metadata of an ICEYE image.
+[[nodiscard]] IceyeProduct ReadIceye(const std::string& file);
 /// Reads an orbit file.
 [[nodiscard]] OrbitFile ReadOrbitFile(const std::string& file);
 
@@ -44,8 +52,11 @@ struct ImportedProduct {
   std::size_t corners = 0;       ///< of ImportOptions::corner_sigma_m
   double corner_range_m = 0.0;   ///< their largest misfits
   double corner_along_m = 0.0;
+  ImageDelays delays{};     ///< what was taken off its looks
+  DelaySize grid_move_m{};  ///< of grid points, to where their reduced looks see them
   std::size_t matches = 0;  ///< looks of ImportOptions::points
   PixelOffset offset{};     ///< of those whose point has a position
+  std::string stated{};     ///< what the product states of delays, for people
   std::string priors{};     ///< of SICD: what its own error statistics became, for people
 };
 
@@ -56,13 +67,21 @@ struct ReflectorInImage {
   double line_px = 0.0, sample_px = 0.0;  ///< counted as ImportOptions::points counts
 };
 
+/// Images of one flight. They share the errors of its path: one shared group of corrections.
+struct DataTake {
+  std::vector<std::string> passes;
+  double path_sigma_m = 0.0;  ///< prior of each axis
+  std::size_t repeated = 0;   ///< looks rejected because another polarisation has the same pixel
+};
+
 struct ImportedBlock {
   Block block;
   std::vector<ImportedProduct> products;
   std::vector<ReflectorInImage> reflectors;
   std::vector<FaultyRow> faults;
   std::vector<std::string> warnings;
-  /// Corrections and priors that the products' own error statistics ask for.
+  std::vector<DataTake> takes;
+  /// Corrections and priors that the products' own error statistics and data takes ask for.
   std::vector<CorrectionGroup> corrections;
   std::vector<JointPrior> priors;
 };
@@ -73,11 +92,20 @@ struct ImportedBlock {
 /// kinds). The paths of Sentinel-1 products are their own states or, where
 /// `orbits` are given, those of the file that covers the product with margin.
 ///
+/// Looks hold what is known to be in their times and ranges beyond geometry
+/// (ImportOptions::reduce); grid points are moved to where their looks without it see the ground of
+/// their height.
+///
 /// A grid point is compared with the orbit: e_r = |p - s(t)| - R, e_d = v.(p - s)/|v|. Beyond
 /// max_misfit_m in either it is faulty. Where grid points become points, each has one look, its
 /// time and range those of the grid; if a change of height alone makes a faulty one fit, its
 /// latitude and longitude are kept, its height is free (control and check points with
 /// grid_sigma_m) or its position is dropped (others); else its look is rejected.
+///
+/// Images of one flight (sub-swaths, polarisations, slices) get one shared position correction. A
+/// pixel of one image that is measured in several polarisations counts once: later looks are
+/// rejected. A product that no orbit file covers keeps its own states if the files are all of other
+/// images.
 ///
 /// Reflectors in the images become points if `points` measures them, or all of them if there is no
 /// such table. docs/import.md.

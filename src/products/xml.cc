@@ -36,6 +36,19 @@ std::optional<double> TakeNumber(std::string_view* text) {
 
 }  // namespace
 
+std::optional<std::vector<double>> NumbersOf(std::string_view text) {
+  std::vector<double> numbers;
+  text = Trimmed(text);
+  while (!text.empty()) {
+    const auto value = TakeNumber(&text);
+    const bool separated = text.empty() || kBlank.find(text.front()) != std::string_view::npos;
+    if (!value || !separated) return std::nullopt;
+    numbers.push_back(*value);
+    text = Trimmed(text);
+  }
+  return numbers;
+}
+
 XmlFile::XmlFile(std::string_view text, std::string file, const char* root)
     : file_(std::move(file)), line_begin_{0} {
   for (std::size_t i = text.find('\n'); i != std::string_view::npos; i = text.find('\n', i + 1)) {
@@ -86,6 +99,15 @@ std::string XmlElement::Text() const {
   return std::string(text);
 }
 
+std::string XmlElement::Name() const {
+  std::string name = Text();
+  const auto odd = [](char c) { return static_cast<unsigned char>(c) <= 0x20 || c == 0x7f; };
+  if (name.size() > 20 || std::any_of(name.begin(), name.end(), odd)) {
+    Fail("is not a short name without blanks");
+  }
+  return name;
+}
+
 double XmlElement::Number() const {
   const std::string whole = Text();
   std::string_view text = whole;
@@ -111,6 +133,22 @@ int XmlElement::Count() const {
   return value;
 }
 
+std::size_t XmlElement::Pixels() const {
+  constexpr int kMax = 10'000'000;
+  const int count = Count();
+  if (count < 2 || count > kMax) {
+    Fail("must be 2 to " + std::to_string(kMax) + ", got " + Quoted(Text()));
+  }
+  return static_cast<std::size_t>(count);
+}
+
+void XmlElement::RequireText(const std::string& needed, const char* why) const {
+  const std::string text = Text();
+  if (text != needed) {
+    Fail("must be " + Quoted(needed) + " (" + why + "), got " + Quoted(text));
+  }
+}
+
 bool XmlElement::Has(const char* attribute) const { return !node_.attribute(attribute).empty(); }
 
 int XmlElement::Attribute(const char* name, int most) const {
@@ -130,17 +168,10 @@ std::string XmlElement::AttributeText(const char* name) const {
 }
 
 std::vector<double> XmlElement::Numbers() const {
-  const std::string whole = Text();
-  std::string_view text = whole;
-  std::vector<double> numbers;
-  while (!text.empty()) {
-    const auto value = TakeNumber(&text);
-    const bool separated = text.empty() || kBlank.find(text.front()) != std::string_view::npos;
-    if (!value || !separated) Fail(Quoted(whole) + " is not a list of finite numbers");
-    numbers.push_back(*value);
-    text = Trimmed(text);
-  }
-  return numbers;
+  const std::string text = Text();
+  auto numbers = NumbersOf(text);
+  if (!numbers) Fail(Quoted(text) + " is not a list of finite numbers");
+  return *std::move(numbers);
 }
 
 UtcTime XmlElement::Time() const {

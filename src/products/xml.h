@@ -16,6 +16,9 @@ namespace sarblock {
 
 class XmlElement;
 
+/// Numbers separated by blanks, all of the text; nothing where it is something else.
+[[nodiscard]] std::optional<std::vector<double>> NumbersOf(std::string_view text);
+
 /// A parsed XML text that knows its lines. Every refusal is an InputError with file, line and the
 /// path of the element (`product.imageAnnotation.imageInformation.slantRangeTime`).
 class XmlFile {
@@ -47,9 +50,14 @@ class XmlElement {
   [[nodiscard]] std::vector<XmlElement> Children(const char* name) const;
 
   [[nodiscard]] std::string Text() const;  ///< refused if empty
+  [[nodiscard]] std::string Name() const;  ///< short and without blanks: it becomes part of an id
   [[nodiscard]] double Number() const;     ///< all of the text, finite
   [[nodiscard]] double Positive() const;
   [[nodiscard]] int Count() const;  ///< an integer of 0 or more
+  /// Refuses any other text; `why` is for people.
+  void RequireText(const std::string& needed, const char* why) const;
+  /// A number of lines or samples of an image: 2 to 10,000,000.
+  [[nodiscard]] std::size_t Pixels() const;
   [[nodiscard]] bool Has(const char* attribute) const;
   /// An attribute, an integer of 0 to `most`.
   [[nodiscard]] int Attribute(const char* name, int most) const;

@@ -331,6 +331,12 @@ class Maker:
         for name in sicd:
             self.add("import", ["import", "sicd", f"{{in}}/{name}", "-o", "{out}", "--grid", "check"], networks, [name],
                      self.folder / "local", "block")
+        shutil.copy(self.root / "tests/fuzz/corpus/terrasarx/annotation.xml", networks / "terrasarx.xml")
+        shutil.copy(self.root / "tests/fuzz/corpus/iceye/plain.xml", networks / "iceye.xml")
+        self.add("import", ["import", "iceye", "{in}/iceye.xml", "-o", "{out}"], networks, ["iceye.xml"],
+                 self.folder / "local", "block")
+        self.add("import", ["import", "terrasarx", "{in}/terrasarx.xml", "-o", "{out}"], networks, ["terrasarx.xml"],
+                 self.folder / "local", "block")
         write_nisar(networks / "rslc.h5")
         self.add("import", ["import", "nisar", "{in}/rslc.h5", "-o", "{out}"], networks, ["rslc.h5"],
                  self.folder / "local", "block")

@@ -84,6 +84,8 @@ class ForeignFilesTest : public test::CliTest {
          ""},
         {"import nisar", {"import", "nisar", folder_ / "rslc.h5", "--grid", "check"}, ""},
         {"import sicd", {"import", "sicd", corpus / "sicd/plain.xml"}, ""},
+        {"import terrasarx", {"import", "terrasarx", corpus / "terrasarx/whole.xml"}, ""},
+        {"import iceye", {"import", "iceye", corpus / "iceye/plain.xml"}, ""},
         {"import images", {"import", "images", annotation, folder_ / "rslc.h5"}, ""},
         {"convert", {"convert", block}, "", ""},
         {"convert", {"convert", result}, "one.h5", ""},

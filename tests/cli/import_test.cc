@@ -84,15 +84,19 @@ TEST_F(ImportTest, AnOwnAnnotationBecomesABlockThatAdjusts) {
   EXPECT_EQ(summary["passes"], 2);
   EXPECT_EQ(summary["looks"], 18);
   EXPECT_EQ(summary["faulty_rows"].size(), 0u);
+  // One flight: its path errors are one shared position correction.
+  ASSERT_EQ(summary["data_takes"].size(), 1u);
+  EXPECT_EQ(summary["data_takes"][0]["path_sigma_m"], 0.1);
+  EXPECT_THAT(Content(folder_ / "block/block.toml"), HasSubstr("shared = true"));
   EXPECT_THAT(Content(folder_ / "block/block.toml"),
               HasSubstr("epoch_utc = \"2022-10-16T23:59:50Z\""));
   const ProgramRun adjusted =
       Run("adjust", folder_ / "block", "result", {"--set", "correction.time.bias=true"});
   EXPECT_EQ(adjusted.exit_code, 0) << adjusted.err;
   const auto corrections = Corrections("result");
-  ASSERT_EQ(corrections.size(), 2u);
-  for (const auto& [name, correction] : corrections) {
-    EXPECT_LT(std::abs(correction.value), 1e-8) << name;  // a closed form: 5e-5 m along track
+  ASSERT_EQ(corrections.size(), 5u);
+  for (const auto& [name, correction] : corrections) {  // a closed form: 5e-5 m along track
+    EXPECT_LT(std::abs(correction.value), name.ends_with("time.bias") ? 1e-8 : 5e-5) << name;
   }
 }
 

@@ -53,7 +53,8 @@ class BashTest(unittest.TestCase):
 
     def test_completes_commands(self):
         self.assertEqual(self.complete("sarblock sim"), ["simulate"])
-        self.assertEqual(self.complete("sarblock import "), ["sentinel1", "nisar", "sicd", "images", "isis", "csm"])
+        self.assertEqual(self.complete("sarblock import "), ["sentinel1", "nisar", "terrasarx", "iceye", "sicd", "images",
+                                                             "isis", "csm"])
         self.assertIn("adjust", self.complete("sarblock "))
         self.assertIn("table1", self.complete("sarblock leberl t"))
 

@@ -17,11 +17,17 @@ namespace {
 using test::SyntheticAnnotation;
 using testing::HasSubstr;
 
+/// Geometry alone: nothing is taken off.
+struct PlainOptions : ImportOptions {
+  PlainOptions() { reduce = false; }
+};
+
 Sentinel1Product Product(const SyntheticAnnotation& scene, const std::string& file = "a.xml") {
   return ParseSentinel1(scene.Xml(), file);
 }
 
-ImportedBlock Import(const SyntheticAnnotation& scene, const ImportOptions& options = {}) {
+ImportedBlock Import(const SyntheticAnnotation& scene,
+                     const ImportOptions& options = PlainOptions()) {
   return ImportProducts({Product(scene)}, {}, options);
 }
 
@@ -135,7 +141,7 @@ TEST(ImportProductsTest, TheRasterGivesTheGridsTimesAndRanges) {
 }
 
 TEST(ImportProductsTest, GridPointsBecomeWhatIsAskedFor) {
-  ImportOptions options;
+  PlainOptions options;
   Block block = Import(SyntheticAnnotation(), options).block;
   EXPECT_EQ(block.points.role[4], PointRole::kCheck);
   EXPECT_EQ(block.points.known[4].covariance_enu_m2, Eigen::Matrix3d(Eigen::Matrix3d::Zero()));
@@ -164,7 +170,7 @@ TEST(ImportProductsTest, FaultyRowsAreNamedAndTheRestIsGood) {
   SyntheticAnnotation scene;
   scene.latitude_error_deg[2] = 0.05;
   scene.height_error_m[1] = -400.0;
-  ImportOptions options;
+  PlainOptions options;
   options.grid = PointRole::kControl;
   options.grid_sigma_m = 0.25;
   const ImportedBlock imported = Import(scene, options);
@@ -206,15 +212,16 @@ TEST(ImportProductsTest, SeveralProductsMakeOneBlock) {
   SyntheticAnnotation first, second;
   second.swath = "IW3";
   const ImportedBlock imported =
-      ImportProducts({Product(first), Product(second, "b.xml")}, {}, ImportOptions{});
+      ImportProducts({Product(first), Product(second, "b.xml")}, {}, PlainOptions());
   EXPECT_EQ(imported.block.passes.size(), 2u);
   EXPECT_EQ(imported.block.points.size(), 18u);
   EXPECT_EQ(imported.block.looks.pass[17], 1u);
-  EXPECT_THAT(test::MessageOf<InputError>([&] {
-                return ImportProducts({Product(first), Product(first, "b.xml")}, {}, {});
-              }),
-              HasSubstr("b.xml: id: 'S1A_IW2_VV_20221016T235950' is the id of another image"));
-  ImportOptions named;
+  EXPECT_THAT(
+      test::MessageOf<InputError>([&] {
+        return ImportProducts({Product(first), Product(first, "b.xml")}, {}, PlainOptions());
+      }),
+      HasSubstr("b.xml: id: 'S1A_IW2_VV_20221016T235950' is the id of another image"));
+  PlainOptions named;
   named.pass_ids = {"one", "two"};
   EXPECT_EQ(ImportProducts({Product(first), Product(first)}, {}, named).block.passes[1].id, "two");
   named.pass_ids = {"one"};
@@ -231,7 +238,7 @@ TEST(ImportProductsTest, AnOrbitFileReplacesTheAnnotatedOrbit) {
   other.mission = "Sentinel-1B";
   Sentinel1Product product = Product(scene);
   for (OrbitState& state : product.orbit) state.position_m *= 1.001;
-  ImportOptions options;
+  PlainOptions options;
   options.orbit_margin_s = 25.0;
   const Block block = ImportProducts({product}, {early, other, file}, options).block;
   EXPECT_LT(LargestErrors(block).along_m, 5e-5);
@@ -251,7 +258,7 @@ TEST(ImportProductsTest, ContradictingVelocitiesAreWarnedOf) {
   const ImportedBlock swinging = Import(scene);
   ASSERT_EQ(swinging.warnings.size(), 1u);
   EXPECT_THAT(swinging.warnings[0], HasSubstr("by up to 0.0080 m/s"));
-  ImportOptions positions;
+  PlainOptions positions;
   positions.through = OrbitThrough::kPositions;
   const ImportedBlock calm = Import(scene, positions);
   EXPECT_TRUE(calm.warnings.empty());
@@ -264,10 +271,10 @@ TEST(ImportProductsTest, PathsThatAreOffBetweenFewStatesAreAWarning) {
   Sentinel1Product product = Product(SyntheticAnnotation());
   for (std::size_t k = 1; k < 4; ++k) product.orbit[k] = product.orbit[4 * k];
   product.orbit.resize(4);
-  const ImportedBlock orbit = ImportProducts({product}, {}, {});
+  const ImportedBlock orbit = ImportProducts({product}, {}, PlainOptions());
   EXPECT_TRUE(orbit.warnings.empty());
   EXPECT_LT(LargestErrors(orbit.block).along_m, 1e-3);
-  ImportOptions positions;
+  PlainOptions positions;
   positions.through = OrbitThrough::kPositions;
   positions.max_misfit_m = 1000.0;
   const ImportedBlock cubic = ImportProducts({product}, {}, positions);
@@ -283,9 +290,9 @@ TEST(ImportProductsTest, StatesTooFarApartAreRefused) {
   Sentinel1Product product = Product(SyntheticAnnotation());
   for (std::size_t k = 10; k < product.orbit.size(); ++k) product.orbit[k].time.tai_whole += 3600;
   EXPECT_THAT(
-      test::MessageOf<InputError>([&] { return ImportProducts({product}, {}, {}); }),
+      test::MessageOf<InputError>([&] { return ImportProducts({product}, {}, PlainOptions()); }),
       HasSubstr("a.xml: orbit: states 10 and 11 are 3610 s apart, 300 s at most is allowed"));
-  ImportOptions fine;
+  PlainOptions fine;
   fine.orbit_step_s = 1e-3;
   EXPECT_THROW(static_cast<void>(Import(SyntheticAnnotation(), fine)), InputError);
 }

@@ -23,6 +23,13 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
+/// Geometry alone: nothing is taken off.
+ImportOptions Plain() {
+  ImportOptions options;
+  options.reduce = false;
+  return options;
+}
+
 std::string PointRefusal(const SyntheticAnnotation& scene, double line, double sample) {
   ImportOptions options;
   options.points = ParseMatchedPoints(
@@ -33,7 +40,7 @@ std::string PointRefusal(const SyntheticAnnotation& scene, double line, double s
 
 std::string ImportRefusal(const std::string& xml) {
   return test::MessageOf<InputError>(
-      [&] { return ImportProducts({ParseSentinel1(xml, "a.xml")}, {}, {}); });
+      [&] { return ImportProducts({ParseSentinel1(xml, "a.xml")}, {}, Plain()); });
 }
 
 TEST(Sentinel1ImageTest, PlacesOutsideTheImageAreRefused) {
@@ -99,7 +106,7 @@ TEST(Sentinel1ImageTest, FaultyRowsDoNotRefuseTheRaster) {
   for (int i = 0; i < 3; ++i) {
     faulty = Replaced(faulty, row, "<azimuthTime>" + scene.TimeText(scene.first_line_s + 17.0));
   }
-  const ImportedBlock imported = ImportProducts({ParseSentinel1(faulty, "a.xml")}, {}, {});
+  const ImportedBlock imported = ImportProducts({ParseSentinel1(faulty, "a.xml")}, {}, Plain());
   EXPECT_EQ(imported.faults.size(), 1U);
 }
 
@@ -108,15 +115,16 @@ TEST(Sentinel1ImageTest, AnOrbitInGpsTimeIsNamed) {
   const SyntheticAnnotation scene;
   OrbitFile orbit = ParseOrbitFile(scene.OrbitXml(-60.0, 200.0), "gps.EOF");
   const Sentinel1Product product = ParseSentinel1(scene.Xml(), "a.xml");
-  EXPECT_EQ(ImportProducts({product}, {orbit}, {}).products[0].good, 9U);
+  EXPECT_EQ(ImportProducts({product}, {orbit}, Plain()).products[0].good, 9U);
   for (OrbitState& state : orbit.states) state.time = AddSeconds(state.time, 18.0);
   EXPECT_THAT(
-      test::MessageOf<InputError>([&] { return ImportProducts({product}, {orbit}, {}); }),
+      test::MessageOf<InputError>([&] { return ImportProducts({product}, {orbit}, Plain()); }),
       HasSubstr("gps.EOF: orbit: sees all 9 grid points of a.xml 18.000 s later than their "
                 "azimuthTime: its times must be UTC, and GPS time differs from UTC by 18 s"));
   for (OrbitState& state : orbit.states) state.time = AddSeconds(state.time, -18.7);
-  EXPECT_THAT(test::MessageOf<InputError>([&] { return ImportProducts({product}, {orbit}, {}); }),
-              testing::EndsWith("0.700 s earlier than their azimuthTime: its times must be UTC"));
+  EXPECT_THAT(
+      test::MessageOf<InputError>([&] { return ImportProducts({product}, {orbit}, Plain()); }),
+      testing::EndsWith("0.700 s earlier than their azimuthTime: its times must be UTC"));
 }
 
 TEST(Sentinel1ImageTest, TheOrbitFileThatIsTakenAndItsQualityAreNamed) {
@@ -126,13 +134,15 @@ TEST(Sentinel1ImageTest, TheOrbitFileThatIsTakenAndItsQualityAreNamed) {
   const auto first = xml.find("</OSV>");
   const std::string degraded = std::string(xml).insert(xml.find("</OSV>", first + 200 * 20),
                                                        "<Quality>DEGRADED</Quality>\n");
-  const ImportedBlock imported = ImportProducts({product}, {ParseOrbitFile(degraded, "o.EOF")}, {});
+  const ImportedBlock imported =
+      ImportProducts({product}, {ParseOrbitFile(degraded, "o.EOF")}, Plain());
   EXPECT_EQ(imported.products[0].orbit_file, "o.EOF");
   EXPECT_THAT(imported.warnings,
               ElementsAre(AllOf(HasSubstr("o.EOF: 1 of the "),
                                 HasSubstr("states that are used are not NOMINAL, the first, "
                                           "'DEGRADED' at 20"))));
-  EXPECT_THAT(ImportProducts({product}, {ParseOrbitFile(xml, "o.EOF")}, {}).warnings, IsEmpty());
+  EXPECT_THAT(ImportProducts({product}, {ParseOrbitFile(xml, "o.EOF")}, Plain()).warnings,
+              IsEmpty());
 }
 
 TEST(Sentinel1ImageTest, GridsAndOrbitsThatAreNotUsedDoNotRefuseTheProduct) {
@@ -142,7 +152,7 @@ TEST(Sentinel1ImageTest, GridsAndOrbitsThatAreNotUsedDoNotRefuseTheProduct) {
   const Sentinel1Product product =
       ParseSentinel1(xml, "a.xml", {.grid = PartUse::kCompared, .orbit = PartUse::kUsed});
   EXPECT_EQ(product.grid.size(), 8U);
-  ImportOptions options;
+  ImportOptions options = Plain();
   options.grid = std::nullopt;
   EXPECT_THAT(ImportProducts({product}, {}, options).warnings,
               ElementsAre(HasSubstr("a.xml: 1 of 9 grid points are left out, the first: a.xml:")));
@@ -152,19 +162,9 @@ TEST(Sentinel1ImageTest, GridsAndOrbitsThatAreNotUsedDoNotRefuseTheProduct) {
   const ImportedBlock imported = ImportProducts(
       {ParseSentinel1(inertial, "a.xml", {.grid = PartUse::kUsed, .orbit = PartUse::kCompared})},
       {orbit},
-      {});
+      Plain());
   EXPECT_EQ(imported.products[0].good, 9U);
   EXPECT_THAT(imported.warnings, Contains(HasSubstr("the annotated orbit is not used: a.xml:")));
-}
-
-// Both polarisations of a flight.
-TEST(Sentinel1ImageTest, TwoImagesOfOneFlightAreNamed) {
-  const SyntheticAnnotation scene;
-  const Sentinel1Product vv = ParseSentinel1(scene.Xml(), "vv.xml");
-  const Sentinel1Product vh =
-      ParseSentinel1(Replaced(scene.Xml(), "<polarisation>VV", "<polarisation>VH"), "vh.xml");
-  EXPECT_THAT(ImportProducts({vv, vh}, {}, {}).warnings,
-              ElementsAre(HasSubstr("they are one flight")));
 }
 
 // Each state once more a microsecond later, 3 cm away, as two merged orbit files have them.

@@ -18,9 +18,6 @@ constexpr double kRate = 1.0618e-3;  // [rad/s]
 constexpr double kLight_mps = 299792458.0;
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 
-std::string Element(const std::string& name, const std::string& text) {
-  return "<" + name + ">" + text + "</" + name + ">\n";
-}
 std::string Number(double value) { return fmt::format("{:.15e}", value); }
 
 std::string Vector(const std::string& name, const Eigen::Vector3d& v) {
@@ -31,6 +28,13 @@ std::string Vector(const std::string& name, const Eigen::Vector3d& v) {
 }
 
 }  // namespace
+
+std::string Element(const std::string& name,
+                    const std::string& text,
+                    const std::string& attributes) {
+  return "<" + name + (attributes.empty() ? "" : " ") + attributes + ">" + text + "</" + name +
+         ">\n";
+}
 
 Eigen::Vector3d SyntheticAnnotation::Position_m(double seconds) const {
   const double angle = 0.5 + kRate * seconds;
@@ -79,14 +83,33 @@ std::string SyntheticAnnotation::Xml() const {
                          Vector("position", Position_m(s)) +
                          Vector("velocity", Velocity_mps(s) + error_mps));
   }
-  text +=
-      Element("generalAnnotation",
-              "\n" +
-                  Element("productInformation",
-                          "\n" + Element("projection", ground ? "Ground Range" : "Slant Range") +
-                              Element("rangeSamplingRate", Number(kLight_mps / 2 / kPixel_m)) +
-                              Element("radarFrequency", Number(5.405e9))) +
-                  Element("orbitList", "\n" + orbit));
+  const std::string polynomial_time =
+      Element("azimuthTime", TimeText(first_line_s)) + Element("t0", "5.6e-3");
+  const std::string pulses =
+      Element("downlinkInformationList",
+              "\n" + Element("downlinkInformation",
+                             "\n" + Element("swath", swath) +
+                                 Element("azimuthTime", TimeText(first_line_s)) +
+                                 Element("downlinkValues",
+                                         "\n" + Element("pri", Number(kPri_s)) +
+                                             Element("rank", std::to_string(kRank)) +
+                                             Element("txPulseRampRate",
+                                                     Number(kChirpRate_hz_per_s))))) +
+      Element("azimuthFmRateList",
+              "\n" + Element("azimuthFmRate",
+                             "\n" + polynomial_time +
+                                 Element("azimuthFmRatePolynomial", Number(kFmRate_hz_per_s))));
+  text += Element("generalAnnotation",
+                  "\n" +
+                      Element("productInformation",
+                              "\n" +
+                                  (timing ? Element("azimuthSteeringRate",
+                                                    Number(bursts ? kSteering_deg_per_s : 0.0))
+                                          : "") +
+                                  Element("projection", ground ? "Ground Range" : "Slant Range") +
+                                  Element("rangeSamplingRate", Number(kLight_mps / 2 / kPixel_m)) +
+                                  Element("radarFrequency", Number(5.405e9))) +
+                      (timing ? pulses : "") + Element("orbitList", "\n" + orbit));
   text +=
       Element("imageAnnotation",
               "\n" +
@@ -100,6 +123,14 @@ std::string SyntheticAnnotation::Xml() const {
                               Element("rangePixelSpacing", Number(10.0)) +
                               Element("azimuthTimeInterval", Number(kLineInterval_s))) +
                   Element("processingInformation", "\n" + Element("orbitSource", "Synthetic")));
+  if (timing) {
+    text += Element(
+        "dopplerCentroid",
+        "\n" + Element("dcEstimateList",
+                       "\n" + Element("dcEstimate",
+                                      "\n" + polynomial_time +
+                                          Element("dataDcPolynomial", Number(kCentroid_hz)))));
+  }
   if (bursts) {
     std::string list;
     for (const double start_s : {0.0, 9.0}) {
@@ -122,7 +153,9 @@ std::string SyntheticAnnotation::Xml() const {
   std::string grid;
   for (int row = 0; row < 3; ++row) {
     for (int pixel = 0; pixel <= 1000; pixel += 500) {
-      const double time_s = first_line_s + LineTime_s(1000 * row);
+      const double two_way_s = 2.0 * SlantRange_m(1000.0 * row, pixel) / kLight_mps;
+      const double late_s = timing ? 0.5 * (two_way_s - kReference_s) : 0.0;
+      const double time_s = first_line_s + LineTime_s(1000 * row) + std::round(1e6 * late_s) / 1e6;
       FixedPathLook observation;
       observation.antenna_m = Position_m(time_s);
       observation.velocity_mps = Velocity_mps(time_s);
