@@ -11,10 +11,12 @@
 #include <string>
 #include <utility>
 
+#include "adjust/adjust.h"
 #include "block/plausibility.h"
 #include "core/threads.h"
 #include "mistake.h"
 #include "mistakes.h"
+#include "reduction/look_reduction.h"
 #include "sample.h"
 #include "trials.h"
 
@@ -239,8 +241,12 @@ class Diagnosing {
     const Facts facts{sample, passes, corrections_, before, residuals, may_explain};
     Hypotheses all;
     AddModelMistakes(facts, trials, &all);
-    for (const auto add :
-         {AddTimeMistakes, AddRangeMistakes, AddConeMistakes, AddPathMistakes, AddShiftedIds}) {
+    for (const auto add : {AddTimeMistakes,
+                           AddRangeMistakes,
+                           AddDelayMistakes,
+                           AddConeMistakes,
+                           AddPathMistakes,
+                           AddShiftedIds}) {
       add(facts, &all);
     }
     Hypotheses of_control;
@@ -573,7 +579,9 @@ Diagnosis Diagnose(const Block& block,
                    ProgressSink* progress,
                    const DiagnosisBounds& bounds) {
   return CallInLibrary(options.threads, progress, [&] {
-    return Diagnosing(block, options, bounds, progress).Run();
+    ReducedBlock reduced(block);
+    if (reduced.HasModels()) reduced.ReduceAt(StartPositions(block, progress));
+    return Diagnosing(reduced.block(), options, bounds, progress).Run();
   });
 }
 

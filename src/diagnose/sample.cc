@@ -359,6 +359,8 @@ Block PointsOf(const Block& block,
       copy(from.cone, i, &to.cone);
       copy(from.range_sigma_m, i, &to.range_sigma_m);
       copy(from.azimuth_sigma, i, &to.azimuth_sigma);
+      copy(from.range_delay_m, i, &to.range_delay_m);
+      copy(from.time_shift_s, i, &to.time_shift_s);
       if (look_of != nullptr) look_of->push_back(i);
     }
     to.offsets.push_back(to.pass.size());
