@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // `sarblock simulate`: a block from a scene, and what of the scene no look shows.
-#include "sarblock/simulate/scene.h"
-
 #include "sarblock/files/block_file.h"
 #include "sarblock/files/scene_file.h"
+#include "sarblock/simulate/scene.h"
 #include "sarblock/tables/output.h"
 
 #include <algorithm>

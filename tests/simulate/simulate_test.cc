@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/simulate/scene.h"
-
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
+#include "sarblock/simulate/scene.h"
 
 #include <cmath>
 

@@ -200,10 +200,10 @@ struct Scene {
   SceneTerrain terrain;
   ScenePoints points;
   SceneControl control;
-  SceneControl check;       ///< layout kRandom by default in files
+  SceneControl check;         ///< layout kRandom by default in files
   ReductionModels delay;      ///< what the measured values hold beyond geometry
   ReductionModels reduction;  ///< what the block says to take off
-  std::string adjust_toml;  ///< the [adjust] table as TOML text with its header; may be empty
+  std::string adjust_toml;    ///< the [adjust] table as TOML text with its header; may be empty
 };
 
 /// A value that no scene can have. `field` is the dotted key of the scene file
