@@ -161,6 +161,9 @@ BlockFile ReadBlockFrom(const TableSource& source, const ReadOptions& options) {
   for (std::string& warning : ReadRecordedFlights(&reading.result.block)) {
     reading.result.warnings.push_back(std::move(warning));
   }
+  for (std::string& remark : DoubtsOfReductions(reading.result.block)) {
+    reading.result.warnings.push_back(std::move(remark));
+  }
   for (std::string& remark : ExaminePlausibility(reading.result.block)) {
     reading.result.warnings.push_back(std::move(remark));
   }

@@ -119,6 +119,10 @@ SceneTrajectoryError ReadTrajectoryError(SceneTable& table, const std::filesyste
 /// The same as a table of TOML with a header of that name; nothing where there are no models.
 [[nodiscard]] std::string ReductionText(const ReductionModels& models, std::string_view name);
 
+/// Sentences on passes whose looks say to take off what no product holds: delays in another unit or
+/// of the wrong sign.
+[[nodiscard]] std::vector<std::string> DoubtsOfReductions(const Block& block);
+
 /// Throws InputError for models that the block's passes cannot have (FindProblem()); `places` of
 /// the passes.
 void RequireReductions(const Block& block, const std::vector<FilePlace>& places);

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/core/error.h"
+#include "sarblock/core/statistics.h"
 
+#include <cmath>
 #include <optional>
+#include <utility>
 
 #include "block_reader.h"
 #include "core/text.h"
@@ -82,6 +85,40 @@ std::string ReductionText(const ReductionModels& models, std::string_view name) 
   if (models.range_m != 0.0) text += "range_m = " + NumberText(models.range_m) + "\n";
   if (models.time_s != 0.0) text += "time_s = " + NumberText(models.time_s) + "\n";
   return text;
+}
+
+std::vector<std::string> DoubtsOfReductions(const Block& block) {
+  const Looks& looks = block.looks;
+  // The atmosphere makes ranges longer by decimetres or more; motion within the pulse is below half
+  // a metre of either sign. Sentinel-1's times are off by half a millisecond.
+  constexpr double kWrongSign_m = -1.0, kSeconds_m = 1e-5, kMilliseconds_s = 0.01;
+  std::vector<std::vector<double>> ranges_m(block.passes.size()), times_s(block.passes.size());
+  for (std::size_t i = 0; i < looks.size(); ++i) {
+    if (looks.rejected(i)) continue;
+    if (!looks.range_delay_m.empty()) ranges_m[looks.pass[i]].push_back(looks.range_delay_m[i]);
+    if (!looks.time_shift_s.empty()) times_s[looks.pass[i]].push_back(looks.time_shift_s[i]);
+  }
+  std::vector<std::string> doubts;
+  for (std::size_t pass = 0; pass < block.passes.size(); ++pass) {
+    const auto say = [&](const char* column, double value, const char* unit, const char* doubt) {
+      doubts.push_back("pass " + Quoted(block.passes[pass].id) + ": " + column + " is " +
+                       Digits(value, 3) + unit + " in the median: " + doubt);
+    };
+    if (!ranges_m[pass].empty()) {
+      const double median_m = Median(std::move(ranges_m[pass]));
+      if (median_m < kWrongSign_m) {
+        say("range_delay_m", median_m, " m", "what makes ranges too long is positive");
+      } else if (median_m != 0.0 && std::abs(median_m) < kSeconds_m) {
+        say("range_delay_m", median_m, " m", "one-way metres are needed, are these seconds?");
+      }
+    }
+    if (times_s[pass].empty()) continue;
+    const double median_s = Median(std::move(times_s[pass]));
+    if (std::abs(median_s) > kMilliseconds_s) {
+      say("time_shift_s", median_s, " s", "seconds are needed, are these milliseconds or metres?");
+    }
+  }
+  return doubts;
 }
 
 void RequireReductions(const Block& block, const std::vector<FilePlace>& places) {

@@ -115,6 +115,13 @@ std::optional<KeyProblem> Unusable(const Block& block,
             " the date of pass " + Quoted(pass.id) + "; " + Quoted(pass.epoch_utc) +
             " is no UTC time, 2022-10-16T01:50:44Z is one"};
   }
+  if (models.solid_tide) {
+    try {
+      static_cast<void>(TidalBodiesAt(ParseUtc(pass.epoch_utc).value()));
+    } catch (const InputError& error) {
+      return KeyProblem{"epoch_utc", "tides need the date: " + error.problem()};
+    }
+  }
   return std::nullopt;
 }
 

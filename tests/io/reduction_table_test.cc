@@ -21,13 +21,21 @@ constexpr const char* kTwoFlights =
     "A,0,0,-9000,70000,100,0,0\nA,100,10000,-9000,70000,100,0,0\n"
     "B,0,0,9000,70000,100,0,0\nB,100,10000,9000,70000,100,0,0\n";
 
-Block ReadWith(const std::string& reduction, const std::string& of_b, const std::string& looks) {
+files::BlockFile FileWith(const std::string& reduction,
+                          const std::string& of_b,
+                          const std::string& looks) {
   const std::string toml =
       "format = \"sarblock-block 1\"\n[frame]\nkind = \"local\"\n" + reduction +
       "[sigma]\nrange_m = 1\nazimuth_m = 1\n[[pass]]\nid = \"A\"\nlook = \"left\"\n"
       "wavelength_m = 0.03\n[[pass]]\nid = \"B\"\nlook = \"right\"\n" +
       of_b;
-  return files::ReadBlockTexts({toml, kTwoFlights, looks, "point,role\n"}).block;
+  return files::ReadBlockTexts({toml, kTwoFlights, looks, "point,role\n"});
+}
+Block ReadWith(const std::string& reduction, const std::string& of_b, const std::string& looks) {
+  return FileWith(reduction, of_b, looks).block;
+}
+std::vector<std::string> WarningsWith(const std::string& looks) {
+  return FileWith("", "", looks).warnings;
 }
 
 constexpr const char* kReducedLooks =
@@ -101,6 +109,24 @@ TEST_F(ReductionTableTest, IsWrittenAsItWasRead) {
       folder_ / "plain", ReadWith("", "", "pass,point,time_s,range_m\nA,P,50,70500\n"), {});
   EXPECT_THAT(Content(folder_ / "plain" / "block.toml"), Not(HasSubstr("reduction")));
   EXPECT_THAT(Content(folder_ / "plain" / "observations.csv"), Not(HasSubstr("delay")));
+}
+
+TEST_F(ReductionTableTest, DoubtsDelaysOfTheWrongSignAndUnit) {
+  const auto warnings = [](const std::string& delay, const std::string& shift) {
+    const std::string looks =
+        "pass,point,time_s,range_m,range_delay_m,time_shift_s\nA,P,50,70576," + delay + "," +
+        shift + "\nB,P,50,70576,,\n";
+    std::string all;
+    for (const std::string& warning : WarningsWith(looks)) all += warning + "\n";
+    return all;
+  };
+  EXPECT_THAT(warnings("2.4", "0.0003"), Not(HasSubstr("in the median")));
+  EXPECT_THAT(warnings("-0.4", "-0.0003"), Not(HasSubstr("in the median")));
+  EXPECT_THAT(warnings("-2.4", ""),
+              HasSubstr("pass 'A': range_delay_m is -2.4 m in the median: what makes ranges too "
+                        "long is positive"));
+  EXPECT_THAT(warnings("1.6e-8", ""), HasSubstr("are these seconds?"));
+  EXPECT_THAT(warnings("", "0.38"), HasSubstr("are these milliseconds or metres?"));
 }
 
 TEST_F(ReductionTableTest, RefusesWithPlaceAndKey) {

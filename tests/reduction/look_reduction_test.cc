@@ -236,6 +236,9 @@ TEST(LookReductionTest, SaysWhatABlockCannotHave) {
   Orbits no_date;
   no_date.known.block.passes[1].epoch_utc = "about noon";
   EXPECT_THAT(problem(no_date, models), HasSubstr("epoch_utc: tides need the date"));
+  Orbits late;
+  late.known.block.passes[1].epoch_utc = "2040-06-15T10:40:00Z";
+  EXPECT_THAT(problem(late, models), HasSubstr("1 epoch_utc: tides need the date: must be from"));
   Orbits moon;
   moon.known.block.frame = Frame::Geocentric(NamedEllipsoid("Moon"));
   EXPECT_THAT(problem(moon, models), HasSubstr("reduction.tide: is a model of the Earth"));
