@@ -9,6 +9,7 @@
 #include <complex>
 #include <numbers>
 #include <string>
+#include <tuple>
 
 #include "io/io_fixture.h"
 #include "product/synthetic_annotation.h"
@@ -247,12 +248,18 @@ class ReducedImportTest : public testing::Test {
   ImportedBlock imported_;
 };
 
-// Two ways to one pixel: the grid's own time and range, and the raster's.
+// Two ways to one pixel: the grid's own time and range, and the raster's; of the modes IW and EW,
+// in ground range, and of a strip.
 TEST_F(ReducedImportTest, RasterAndGridAreOne) {
-  for (const bool ground : {false, true}) {
+  for (const auto& [swath, ground, bursts] : {std::tuple{"IW2", false, true},
+                                              std::tuple{"EW4", false, true},
+                                              std::tuple{"IW2", true, false},
+                                              std::tuple{"S3", false, false}}) {
+    SCOPED_TRACE(swath);
     SyntheticAnnotation scene = Bursts();
+    scene.swath = swath;
     scene.ground = ground;
-    scene.bursts = !ground;
+    scene.bursts = bursts;
     ImportOptions options;
     std::string table = "point,image,line,sample\n";
     for (int k = 0; k < 9; ++k) {
