@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <string>
 #include <tuple>
@@ -109,9 +110,17 @@ AdjustResult SolveReduced(const Block& block,
   ReducedBlock reduced(block);
   if (reduced.HasModels()) reduced.ReduceAt(StartPositions(block, progress));
   AdjustResult result = solve(reduced.block());
-  for (int solutions = 1; solutions < kMaxSolutions; ++solutions) {
-    if (!(reduced.Change_m(result.points.position_m) > kSettled_m)) break;
-    reduced.ReduceAt(result.points.position_m);
+  for (int solutions = 1; reduced.HasModels(); ++solutions) {
+    const bool last = solutions == kMaxSolutions;
+    const double change_m = reduced.ReduceAt(
+        result.points.position_m, last ? std::numeric_limits<double>::infinity() : kSettled_m);
+    if (!(change_m > kSettled_m)) break;
+    if (last) {
+      Warn(&result,
+           "what is taken off the ranges still changed by " + Digits(change_m, 2) + " m after " +
+               std::to_string(kMaxSolutions) + " solutions");
+      break;
+    }
     std::vector<StageCost> stages = std::move(result.stages);
     result = solve(reduced.block());
     result.stages.insert(result.stages.begin(), stages.begin(), stages.end());

@@ -320,6 +320,8 @@ void ReadRows(const BlockReading& reading, Batch* batch, Looks* rows) {
   // first.
   const bool own = std::any_of(
       kOwn.begin(), kOwn.end(), [&](auto i) { return !batch->columns[i].numbers.empty(); });
+  const bool reduced = !batch->columns[kLookColumns("range_delay_m")].numbers.empty() ||
+                       !batch->columns[kLookColumns("time_shift_s")].numbers.empty();
   std::vector<bool> same(reading.result.block.passes.size(), false);
   const auto read_row = [&](const Row& row) {
     const std::uint32_t pass_index = passes.Find(row, kLookColumns("pass"));
@@ -335,8 +337,8 @@ void ReadRows(const BlockReading& reading, Batch* batch, Looks* rows) {
       azimuth_sigma = ReadAzimuthSigma(row, pass, &flags);
       same[pass_index] = !own && std::isnan(pixel_sigma_px);
     }
-    const GivenReduction reduction = ReadGivenReduction(row);
-    if (radar.range_m <= reduction.range_m) {
+    const GivenReduction reduction = reduced ? ReadGivenReduction(row) : GivenReduction{};
+    if (reduced && radar.range_m <= reduction.range_m) {
       row.Fail(kLookColumns("range_delay_m"),
                "must be less than the range, " + NumberText(radar.range_m) + ", got " +
                    NumberText(reduction.range_m));

@@ -47,8 +47,7 @@ Weather CarriedTo(double height_m, const Weather& weather) {
   return carried;
 }
 
-void RequireWithin(
-    const char* field, double value, double least, double most, const std::string& unit) {
+void RequireWithin(const char* field, double value, double least, double most, const char* unit) {
   if (value >= least && value <= most) return;
   throw InputError(field,
                    "must be between " + NumberText(least) + " and " + NumberText(most) + unit +

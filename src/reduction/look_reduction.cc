@@ -261,31 +261,6 @@ LookReduction ReductionOfLooks::Of(std::uint32_t pass,
   return out;
 }
 
-ReducedBlock::ReducedBlock(const Block& block) : given_(block), models_(block, ModelsOf(block)) {
-  if (!models_.any()) return;
-  reduced_ = block;
-  for (Pass& pass : reduced_->passes) pass.reduction = {};
-  for (KnownPosition& known : reduced_->points.known) known.velocity_mpy.setZero();
-  const std::vector<Eigen::Vector3d> nowhere(block.points.size(),
-                                             Eigen::Vector3d::Constant(kNotGiven));
-  ReduceAt(nowhere);
-}
-
-LookReduction ReducedBlock::Of(std::size_t look,
-                               std::size_t point,
-                               const Eigen::Vector3d& p_m) const {
-  const Looks& looks = given_.looks;
-  const KnownPosition* known = given_.points.FindKnown(static_cast<std::uint32_t>(point));
-  const Eigen::Vector3d velocity_mpy =
-      known == nullptr ? Eigen::Vector3d::Zero() : known->velocity_mpy;
-  LookReduction out =
-      models_.Of(looks.pass[look], looks.time_s[look], given_.ConeOf(look), p_m, velocity_mpy);
-  constexpr std::size_t kGiven = 0;
-  if (!looks.range_delay_m.empty()) out.range_m[kGiven] = looks.range_delay_m[look];
-  if (!looks.time_shift_s.empty()) out.time_s[kGiven] = looks.time_shift_s[look];
-  return out;
-}
-
 namespace {
 
 /// Calls work(piece, look, point) for all looks, pieces side by side.
@@ -307,34 +282,72 @@ std::size_t PiecesOf(const Looks& looks) {
 
 }  // namespace
 
-double ReducedBlock::Change_m(const std::vector<Eigen::Vector3d>& position_m) const {
-  if (!reduced_) return 0.0;
-  std::vector<double> largest_m(PiecesOf(given_.looks), 0.0);
-  ForLooks(given_.looks, [&](std::size_t piece, std::size_t look, std::size_t point) {
-    if (!position_m[point].allFinite() || given_.looks.rejected(look)) return;
-    const LookReduction at = Of(look, point, position_m[point]);
-    const std::optional<Motion> antenna =
-        given_.passes[given_.looks.pass[look]].path.At(given_.looks.time_s[look]);
-    const double speed_mps = antenna ? antenna->velocity_mps.norm() : 0.0;
-    const Looks& now = reduced_->looks;
-    largest_m[piece] = std::max({largest_m[piece],
-                                 std::abs(at.Range_m() - now.range_delay_m[look]),
-                                 speed_mps * std::abs(at.Time_s() - now.time_shift_s[look])});
-  });
-  return largest_m.empty() ? 0.0 : *std::max_element(largest_m.begin(), largest_m.end());
-}
-
-void ReducedBlock::ReduceAt(const std::vector<Eigen::Vector3d>& position_m) {
-  if (!reduced_) return;
-  position_m_ = position_m;
+ReducedBlock::ReducedBlock(const Block& block) : given_(block), models_(block, ModelsOf(block)) {
+  position_m_.assign(block.points.size(), Eigen::Vector3d::Constant(kNotGiven));
+  if (!models_.any()) return;
+  reduced_ = block;
+  for (Pass& pass : reduced_->passes) pass.reduction = {};
+  for (KnownPosition& known : reduced_->points.known) known.velocity_mpy.setZero();
   Looks& now = reduced_->looks;
   now.range_delay_m.resize(now.size());
   now.time_shift_s.resize(now.size());
-  ForLooks(given_.looks, [&](std::size_t, std::size_t look, std::size_t point) {
+  ForLooks(now, [&](std::size_t, std::size_t look, std::size_t point) {
+    const LookReduction constants = Of(look, point, position_m_[point]);
+    now.range_delay_m[look] = constants.Range_m();
+    now.time_shift_s[look] = constants.Time_s();
+  });
+  TakeOff();
+}
+
+LookReduction ReducedBlock::Of(std::size_t look,
+                               std::size_t point,
+                               const Eigen::Vector3d& p_m) const {
+  const Looks& looks = given_.looks;
+  const KnownPosition* known = given_.points.FindKnown(static_cast<std::uint32_t>(point));
+  const Eigen::Vector3d velocity_mpy =
+      known == nullptr ? Eigen::Vector3d::Zero() : known->velocity_mpy;
+  LookReduction out =
+      models_.Of(looks.pass[look], looks.time_s[look], given_.ConeOf(look), p_m, velocity_mpy);
+  constexpr std::size_t kGiven = 0;
+  if (!looks.range_delay_m.empty()) out.range_m[kGiven] = looks.range_delay_m[look];
+  if (!looks.time_shift_s.empty()) out.time_s[kGiven] = looks.time_shift_s[look];
+  return out;
+}
+
+double ReducedBlock::ReduceAt(const std::vector<Eigen::Vector3d>& position_m, double settled_m) {
+  if (!reduced_) return 0.0;
+  Looks& now = reduced_->looks;
+  std::vector<double> range_delay_m = now.range_delay_m, time_shift_s = now.time_shift_s;
+  std::vector<double> changes_m(PiecesOf(now), 0.0);
+  ForLooks(now, [&](std::size_t piece, std::size_t look, std::size_t point) {
+    if (!position_m[point].allFinite()) return;
     const LookReduction at = Of(look, point, position_m[point]);
+    range_delay_m[look] = at.Range_m();
+    time_shift_s[look] = at.Time_s();
+    if (now.rejected(look)) return;
+    const double speed_mps =
+        given_.passes[now.pass[look]].path.states().front().velocity_mps.norm();
+    changes_m[piece] =
+        std::max({changes_m[piece],
+                  std::abs(range_delay_m[look] - now.range_delay_m[look]),
+                  speed_mps * std::abs(time_shift_s[look] - now.time_shift_s[look])});
+  });
+  const double largest_m =
+      changes_m.empty() ? 0.0 : *std::max_element(changes_m.begin(), changes_m.end());
+  if (!(largest_m > settled_m)) return largest_m;
+  now.range_delay_m = std::move(range_delay_m);
+  now.time_shift_s = std::move(time_shift_s);
+  TakeOff();
+  for (std::size_t point = 0; point < position_m.size(); ++point) {
+    if (position_m[point].allFinite()) position_m_[point] = position_m[point];
+  }
+  return largest_m;
+}
+
+void ReducedBlock::TakeOff() {
+  Looks& now = reduced_->looks;
+  ForLooks(now, [&](std::size_t, std::size_t look, std::size_t) {
     const RadarCoordinates measured = given_.Measured(look);
-    now.range_delay_m[look] = at.Range_m();
-    now.time_shift_s[look] = at.Time_s();
     now.range_m[look] = measured.range_m - now.range_delay_m[look];
     now.time_s[look] = measured.time_s - now.time_shift_s[look];
   });
@@ -354,6 +367,12 @@ struct Spread {
     least = std::min(least, value);
     largest = std::max(largest, value);
   }
+  void Add(const Spread& other) {
+    sum += other.sum;
+    count += other.count;
+    least = std::min(least, other.least);
+    largest = std::max(largest, other.largest);
+  }
   [[nodiscard]] bool IsNothing() const { return count == 0.0 || (least == 0.0 && largest == 0.0); }
 };
 
@@ -369,17 +388,32 @@ Reductions ReducedBlock::Report() const {
   if (used(looks.time_shift_s)) out.time_s = looks.time_shift_s;
   if (out.range_m.empty() && out.time_s.empty()) return out;
   using OfPass = std::array<std::array<Spread, kReductionSources>, 2>;
+  // Few pieces: each has the sums of all passes.
+  constexpr std::size_t kMostPieces = 32;
+  const std::size_t points = given_.points.size();
+  const std::size_t points_per_piece = points / kMostPieces + 1;
+  std::vector<std::vector<OfPass>> pieces(points / points_per_piece + 1,
+                                          std::vector<OfPass>(given_.passes.size()));
+  ParallelForChunks(
+      points, points_per_piece, [&](std::size_t piece, std::size_t begin, std::size_t end) {
+        for (std::size_t i = looks.offsets[begin], point = begin; i < looks.offsets[end]; ++i) {
+          while (looks.offsets[point + 1] <= i) ++point;
+          if (looks.rejected(i) || std::isnan(looks.range_m[i])) continue;
+          const LookReduction at = Of(i, point, position_m_[point]);
+          OfPass& own = pieces[piece][looks.pass[i]];
+          for (std::size_t k = 0; k < kReductionSources; ++k) {
+            own[0][k].Add(at.range_m[k]);
+            own[1][k].Add(at.time_s[k]);
+          }
+        }
+      });
   std::vector<OfPass> passes(given_.passes.size());
-  for (std::size_t point = 0; point < given_.points.size(); ++point) {
-    const Eigen::Vector3d p_m =
-        reduced_ ? position_m_[point] : Eigen::Vector3d::Constant(kNotGiven);
-    for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
-      if (looks.rejected(i) || std::isnan(looks.range_m[i])) continue;
-      const LookReduction at = Of(i, point, p_m);
-      OfPass& own = passes[looks.pass[i]];
-      for (std::size_t k = 0; k < kReductionSources; ++k) {
-        own[0][k].Add(at.range_m[k]);
-        own[1][k].Add(at.time_s[k]);
+  for (const std::vector<OfPass>& piece : pieces) {
+    for (std::size_t pass = 0; pass < passes.size(); ++pass) {
+      for (std::size_t axis = 0; axis < 2; ++axis) {
+        for (std::size_t k = 0; k < kReductionSources; ++k) {
+          passes[pass][axis][k].Add(piece[pass][axis][k]);
+        }
       }
     }
   }

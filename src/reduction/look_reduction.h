@@ -91,11 +91,11 @@ class ReducedBlock {
 
   [[nodiscard]] const Block& block() const { return reduced_ ? *reduced_ : given_; }
   [[nodiscard]] bool HasModels() const { return reduced_.has_value(); }
-  /// Largest difference of what is taken off from what would be at these positions, by point and
-  /// frame axes, NaN where there is none; a time counts by the way of the antenna in it.
-  [[nodiscard]] double Change_m(const std::vector<Eigen::Vector3d>& position_m) const;
-  /// Takes off what the models say at these positions.
-  void ReduceAt(const std::vector<Eigen::Vector3d>& position_m);
+  /// Takes off what the models say at these positions, by point and frame axes; where one is NaN
+  /// looks stay as they are, at first without the constants alone. Returns the largest change; a
+  /// time counts by the way of the antenna in it. Changes nothing where that is at most
+  /// `settled_m`.
+  double ReduceAt(const std::vector<Eigen::Vector3d>& position_m, double settled_m = 0.0);
   /// What was taken off.
   [[nodiscard]] Reductions Report() const;
 
@@ -103,6 +103,8 @@ class ReducedBlock {
   [[nodiscard]] LookReduction Of(std::size_t look,
                                  std::size_t point,
                                  const Eigen::Vector3d& p_m) const;
+  void TakeOff();
+
   const Block& given_;
   ReductionOfLooks models_;
   std::optional<Block> reduced_;

@@ -168,7 +168,7 @@ TEST(LookReductionTest, WhatIsTakenOffAddsUpAndIsReportedByPass) {
   for (double& range_m : block.looks.range_m) range_m -= 0.25;
   ReducedBlock reduced(block);
   reduced.ReduceAt(orbits.known.truth_m);
-  EXPECT_EQ(reduced.Change_m(orbits.known.truth_m), 0.0);
+  EXPECT_EQ(reduced.ReduceAt(orbits.known.truth_m), 0.0);
   const Looks& after = reduced.block().looks;
   for (std::size_t i = 0; i < before.size(); ++i) {
     EXPECT_NEAR(after.range_m[i] + after.range_delay_m[i], before.range_m[i], 1e-9);
@@ -180,7 +180,7 @@ TEST(LookReductionTest, WhatIsTakenOffAddsUpAndIsReportedByPass) {
   // A point 3 m higher: some 1 mm less of air.
   std::vector<Eigen::Vector3d> higher_m = orbits.known.truth_m;
   for (Eigen::Vector3d& p_m : higher_m) p_m += 3.0 * block.frame.UpAt(p_m);
-  EXPECT_NEAR(reduced.Change_m(higher_m), 3.0 / 3411.0 / std::cos(0.6), 5e-4);
+  EXPECT_NEAR(reduced.ReduceAt(higher_m, 1.0), 3.0 / 3411.0 / std::cos(0.6), 5e-4);
   std::vector<std::string> terms;
   for (const ReductionTerm& term : reduced.Report().terms) {
     terms.push_back(block.passes[term.pass].id + " " + term.term + " " + term.unit);

@@ -25,6 +25,10 @@ namespace sarblock {
 /// Newton decrement is below kRemainingStepAccepted (under a loss also that of the robust
 /// solution below kRemainingRobustStepAccepted).
 ///
+/// What the models of Pass::reduction say is taken off the looks first, where the points start, and
+/// again where they were solved until it stays; known points with a velocity are taken to the dates
+/// of the images. Then, and only then, the block is copied.
+///
 /// The result lists points as the block does. The sums over points may be taken in another order,
 /// that of the passes that see them (docs/performance.md), the same for the same block.
 ///
