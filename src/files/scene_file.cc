@@ -384,6 +384,7 @@ std::vector<std::string> SceneKeys() {
   add("recorder", [](SceneTable& table) { ReadRecorder(table); });
   add("navigation", [](SceneTable& table) { ReadNavigation(table); });
   add("looks", [](SceneTable& table) { ReadLooks(table); });
+  add("looks.image", [](SceneTable& table) { ReadImage(table); });
   add("terrain", [](SceneTable& table) { ReadTerrain(table); });
   add("points", [](SceneTable& table) { ReadPoints(table); });
   for (const char* name : {"control", "check"}) {

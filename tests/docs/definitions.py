@@ -12,7 +12,7 @@ def scene_keys(root):
     keys, tables = set(), []
     for line in (root / "docs/scenes.md").read_text(encoding="utf-8").splitlines():
         if line.startswith("#"):
-            tables = re.findall(r"`\[+(\w+)\]+`", line)
+            tables = re.findall(r"`\[+([\w.]+)\]+`", line)
         elif line.startswith("| `"):
             for key in re.findall(r"`(\w+)`", line.split("|")[1]):
                 keys.update(f"{'flight.0' if table == 'flight' else table}.{key}" for table in tables)
