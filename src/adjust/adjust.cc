@@ -46,7 +46,7 @@ AdjustResult AdjustInGivenOrder(const Block& block,
   AdjustResult result = options.corrections == CorrectionChoice::kAuto
                             ? AdjustSelected(block, options, pairs, progress)
                             : AdjustGiven(block, options, {}, pairs, nullptr, progress);
-  DescribePaths(block, block, options, &result);
+  DescribePaths(block, options, &result);
   return result;
 }
 
@@ -414,12 +414,7 @@ void Restore(const PointOrder& back, PointResults* points) {
   Gather(back, &points->covariance_m2);
   Gather(back, &points->fixed_path_covariance_m2);
   Gather(back, &points->intersection_rad);
-  Gather(back, &points->redundancy);
-  Gather(back, &points->sigma_leberl_across_m);
-  Gather(back, &points->sigma_leberl_up_m);
-  Gather(back, &points->sigma_leberl_path_across_m);
-  Gather(back, &points->sigma_leberl_path_up_m);
-  Gather(back, &points->leberl_across_azimuth_rad);
+  for (const auto figure : kAccuracyFigures) Gather(back, &(points->*figure));
 }
 
 void Restore(const PointOrder& back, MonteCarloReport* report) {

@@ -27,7 +27,6 @@
 #include "quality/covariance.h"
 #include "quality/mismatches.h"
 #include "quality/montecarlo.h"
-#include "quality/point_sweep.h"
 #include "quality/reliability.h"
 #include "quality/result_covariance.h"
 #include "quality/shifted_group.h"
@@ -56,15 +55,8 @@ std::vector<CorrectionGroup> UsedGroups(const AdjustOptions& options, const Adju
 
 }  // namespace
 
-void DescribePaths(const Block& block,
-                   const Block& measured,
-                   const AdjustOptions& options,
-                   AdjustResult* result) {
-  const std::vector<CorrectionGroup> groups = UsedGroups(options, *result);
-  result->strips = SampleStrips(block, groups, *result);
-  if (options.datum != Datum::kGiven) return;
-  const StageTimer timer("covariance", &result->stages);
-  result->points.fixed_path_covariance_m2 = FixedPathCovariances(measured, groups, *result);
+void DescribePaths(const Block& block, const AdjustOptions& options, AdjustResult* result) {
+  result->strips = SampleStrips(block, UsedGroups(options, *result), *result);
 }
 
 namespace {
@@ -169,17 +161,13 @@ void LeaveOutUndecided(const BlockState& state,
 void LeaveOutStarved(AdjustmentProblem* problem) {
   for (std::size_t point = 0; point < problem->block.points.size(); ++point) {
     if (!problem->Solves(point)) continue;
-    const int rows =
-        problem->control_of[point] < 0
-            ? 0
-            : problem->control[static_cast<std::size_t>(problem->control_of[point])].rows;
-    const int looks = problem->CountLooks(point);
-    if (looks == 0) {
-      problem->LeaveOut(point, PointStatus::kNotSeen, "all its looks were dropped as outliers");
-    } else if (2 * looks + rows < 3) {
-      problem->LeaveOut(
-          point, PointStatus::kTooFewLooks, "too few looks were left after outliers were dropped");
-    }
+    const std::optional<PointStatus> lacks = problem->LacksEquations(point);
+    if (!lacks) continue;
+    problem->LeaveOut(point,
+                      *lacks,
+                      *lacks == PointStatus::kNotSeen
+                          ? "all its looks were dropped as outliers"
+                          : "too few looks were left after outliers were dropped");
   }
 }
 

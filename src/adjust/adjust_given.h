@@ -12,13 +12,8 @@
 
 namespace sarblock {
 
-/// The last step of adjustment, prediction and intersection: what a result says of the flight
-/// paths. Fills `strips` and, where that has a meaning, the covariances that the points would have
-/// with the paths known exactly. `measured` is `block` with the looks that a prediction filled in.
-void DescribePaths(const Block& block,
-                   const Block& measured,
-                   const AdjustOptions& options,
-                   AdjustResult* result);
+/// The last step of adjustment, prediction and intersection: fills `strips`.
+void DescribePaths(const Block& block, const AdjustOptions& options, AdjustResult* result);
 
 /// What a caller wants of the problem and its state at the solution, before they go.
 using AtSolution = std::function<void(const AdjustmentProblem&, const BlockState&, AdjustResult*)>;

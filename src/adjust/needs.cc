@@ -91,16 +91,8 @@ ArrayBytes PointsBytes(const AdjustmentProblem& problem, const AdjustOptions& op
              results.position_m,
              results.intersection_rad);
   if (options.covariance != CovarianceLevel::kNone) {
-    AddPlanned(count,
-               &bytes,
-               results.covariance_m2,
-               results.fixed_path_covariance_m2,
-               results.redundancy,
-               results.sigma_leberl_across_m,
-               results.sigma_leberl_up_m,
-               results.sigma_leberl_path_across_m,
-               results.sigma_leberl_path_up_m,
-               results.leberl_across_azimuth_rad);
+    AddPlanned(count, &bytes, results.covariance_m2, results.fixed_path_covariance_m2);
+    for (const auto figure : kAccuracyFigures) AddPlanned(count, &bytes, results.*figure);
   }
   return bytes;
 }

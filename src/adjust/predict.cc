@@ -205,18 +205,15 @@ AdjustResult Predicted(const Block& block,
   state.corrections = Eigen::VectorXd::Zero(problem.layout.size());
   for (std::size_t point = 0; point < known_m.size(); ++point) {
     problem.point_status[point] = PointStatus::kPredicted;
-    const int rows =
-        problem.control_of[point] < 0
-            ? 0
-            : problem.control[static_cast<std::size_t>(problem.control_of[point])].rows;
-    const int looks = problem.CountLooks(point);
+    const std::optional<PointStatus> lacks = problem.LacksEquations(point);
     if (!known_m[point].allFinite()) {
       problem.LeaveOut(point, PointStatus::kUndetermined, "no position to predict at");
-    } else if (looks == 0) {
-      problem.LeaveOut(point, PointStatus::kNotSeen, "no pass sees it");
-    } else if (2 * looks + rows < 3) {
-      problem.LeaveOut(
-          point, PointStatus::kTooFewLooks, "one look and no control: 2 equations, 3 unknowns");
+    } else if (lacks) {
+      problem.LeaveOut(point,
+                       *lacks,
+                       *lacks == PointStatus::kNotSeen
+                           ? "no pass sees it"
+                           : "one look and no control: 2 equations, 3 unknowns");
     }
   }
   const StageTimer timer("covariance", &result.stages);
@@ -251,7 +248,7 @@ AdjustResult Predicted(const Block& block,
   }
   // The looks of the result are those of the block as it was handed over.
   if (block.looks.size() != filled.looks.size()) result.looks = {};
-  DescribePaths(block, filled, options, &result);
+  DescribePaths(block, options, &result);
   return result;
 }
 
@@ -354,7 +351,7 @@ AdjustResult Intersected(const Block& block, const AdjustOptions& options, Progr
   FinishResult(problem, state, options, {total}, {}, &result);
   if (result.looks_used == 0) Refuse(&result, "no point could be intersected");
   Assess(block, options, &result);
-  DescribePaths(block, block, options, &result);
+  DescribePaths(block, options, &result);
   ScaleByPosterior(options, &result);
   return result;
 }

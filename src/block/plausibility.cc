@@ -3,6 +3,7 @@
 
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
+#include "sarblock/geometry/look_equations.h"
 
 #include <algorithm>
 #include <array>
@@ -136,17 +137,18 @@ bool ReadKnownLook(const Block& block, std::size_t look, std::uint32_t point, Kn
   if (!pass.path.Evaluate(looks.time_s[look], &motion) || std::isnan(looks.range_m[look])) {
     return false;
   }
-  const Eigen::Vector3d los_m = block.points.given_m[point] - motion.position_m;
-  const Eigen::Vector3d& v = motion.velocity_mps;
-  const double distance_m = los_m.norm(), speed_mps = v.norm();
-  const Eigen::Vector3d up = block.frame.UpAt(motion.position_m);
-  const double side = pass.side == LookSide::kLeft ? 1.0 : -1.0;
+  const Eigen::Vector3d& p_m = block.points.given_m[point];
+  const ConeValue cone = EvaluateCone(motion, p_m, block.ConeOf(look));
   out->point = point;
   out->range_m = looks.range_m[look];
-  out->range_ratio = looks.range_m[look] / distance_m;
-  out->ahead_m = v.dot(los_m) / speed_mps - distance_m * block.ConeOf(look).Sine(speed_mps);
-  out->beam_mps = speed_mps - motion.acceleration_mps2.dot(los_m) / speed_mps;
-  out->on_its_side = up.cross(v).dot(los_m) * side > 0.0 && up.dot(los_m) < 0.0;
+  out->range_ratio = looks.range_m[look] / (p_m - motion.position_m).norm();
+  out->ahead_m = cone.doppler_error_m;
+  out->beam_mps = -cone.rate_mps;
+  FixedPathLook observation;
+  observation.antenna_m = motion.position_m;
+  observation.velocity_mps = motion.velocity_mps;
+  observation.side = static_cast<int>(pass.side);
+  out->on_its_side = LiesWhereItLooks(block.frame, observation, p_m);
   return true;
 }
 

@@ -12,6 +12,7 @@
 #include "normals/point.h"
 #include "normals/reduced_system.h"
 #include "quality/covariance.h"
+#include "quality/point_sweep.h"
 #include "sample.h"
 #include "solve/rank.h"
 #include "solve/reduced_engine.h"
@@ -71,11 +72,8 @@ BlockState Continue(const BlockState& warm, AdjustmentProblem* problem) {
         problem->look_used[i] = 0;
       }
     }
-    const int control = problem->control_of[point];
-    const int rows = control < 0 ? 0 : problem->control[static_cast<std::size_t>(control)].rows;
-    const int looks = problem->CountLooks(point);
-    if (looks == 0 || 2 * looks + rows < 3) {
-      problem->LeaveOut(point, PointStatus::kTooFewLooks, "no place");
+    if (const auto lacks = problem->LacksEquations(point)) {
+      problem->LeaveOut(point, *lacks, "no place");
     }
   }
   UpdateWeights(state, problem);
@@ -158,7 +156,7 @@ SampleResiduals ResidualsOf(const Block& sample,
   AdjustmentProblem problem(sample, corrections.groups, {}, corrections.priors);
   UpdateWeights(fit.state, &problem);
   WhitenedLook at;
-  PointFactor factor;
+  PointLinearization linearized(problem, fit.state, nullptr, false);
   for (std::size_t point = 0; point < sample.points.size(); ++point) {
     if (!fit.state.Position(point).allFinite()) continue;
     for (std::size_t i = sample.looks.offsets[point]; i < sample.looks.offsets[point + 1]; ++i) {
@@ -168,17 +166,15 @@ SampleResiduals ResidualsOf(const Block& sample,
       }
     }
     if (!problem.Solves(point)) continue;
-    FactorPoint(problem, fit.state, {}, 0.0, point, &factor);
-    const auto rows = static_cast<std::size_t>(factor.row_count);
-    for (std::size_t k = 0; k < rows; ++k) {
-      const double q0 = factor.q[k], q1 = factor.q[rows + k], q2 = factor.q[2 * rows + k];
-      const double redundancy = 1.0 - q0 * q0 - q1 * q1 - q2 * q2;
-      if (k < 2 * static_cast<std::size_t>(factor.look_count)) {
-        out.redundancy(static_cast<Eigen::Index>(factor.looks[k / 2].look),
-                       static_cast<Eigen::Index>(k % 2)) = redundancy;
+    const PointResiduals residuals = linearized.At(point).Information();
+    for (Eigen::Index k = 0; k < residuals.size(); ++k) {
+      const double redundancy = 1.0 - residuals.information.row(k).squaredNorm();
+      const auto look = static_cast<std::size_t>(k / 2);
+      if (look < residuals.looks.size()) {
+        out.redundancy(static_cast<Eigen::Index>(residuals.looks[look]), k % 2) = redundancy;
       } else {
         out.known_redundancy += redundancy;
-        out.known_square += factor.e[k] * factor.e[k];
+        out.known_square += residuals.v[k] * residuals.v[k];
       }
     }
   }

@@ -188,16 +188,9 @@ void ReadPointRow(const Row& row, ResultPoints* points) {
   results.position_m.push_back(position_m);
   results.covariance_m2.push_back(ReadCovariance(row));
   results.fixed_path_covariance_m2.push_back(ReadFixedPathCovariance(row));
-  const auto number = [&row](std::size_t column, auto* values, double unit = 1.0) {
-    values->push_back(row.Number(column) * unit);
-  };
-  number(kColumns("intersection_deg"), &results.intersection_rad, kRadPerDeg);
-  number(kColumns("sigma_leberl_across_m"), &results.sigma_leberl_across_m);
-  number(kColumns("sigma_leberl_up_m"), &results.sigma_leberl_up_m);
-  number(kColumns("sigma_leberl_path_across_m"), &results.sigma_leberl_path_across_m);
-  number(kColumns("sigma_leberl_path_up_m"), &results.sigma_leberl_path_up_m);
-  number(kColumns("leberl_across_azimuth_deg"), &results.leberl_across_azimuth_rad, kRadPerDeg);
-  number(kColumns("redundancy"), &results.redundancy);
+  for (const auto& figure : kPointFigures) {
+    (results.*figure.member).push_back(row.Number(figure.column) * figure.read);
+  }
   ReadCheck(row, index, &points->checks);
   results.reason.emplace_back(row.Text(kColumns("reason")));
 }
@@ -226,15 +219,7 @@ void ReadResultPoints(ResultReading* reading) {
   if (std::all_of(results.reason.begin(), results.reason.end(), empty)) results.reason.clear();
   DropIfUnknown(&results.covariance_m2);
   DropIfUnknown(&results.fixed_path_covariance_m2);
-  for (auto* column : {&results.intersection_rad,
-                       &results.sigma_leberl_across_m,
-                       &results.sigma_leberl_up_m,
-                       &results.sigma_leberl_path_across_m,
-                       &results.sigma_leberl_path_up_m,
-                       &results.leberl_across_azimuth_rad,
-                       &results.redundancy}) {
-    DropIfEmpty(column);
-  }
+  for (const auto& figure : kPointFigures) DropIfEmpty(&(results.*figure.member));
 }
 
 namespace {
@@ -381,10 +366,7 @@ void ReadResultPairs(ResultReading* reading) {
     pair.b = second.Find(row, kColumns("point_b"));
     pair.difference_enu_m = Eigen::Vector3d(row.Numbers(kColumns("de_m", "dn_m", "du_m")).data());
     pair.covariance_m2 = row.Numbers(kPairCovariance);
-    pair.sigma_leberl_across_m = row.Number(kColumns("sigma_leberl_across_m"));
-    pair.sigma_leberl_up_m = row.Number(kColumns("sigma_leberl_up_m"));
-    pair.sigma_leberl_path_across_m = row.Number(kColumns("sigma_leberl_path_across_m"));
-    pair.sigma_leberl_path_up_m = row.Number(kColumns("sigma_leberl_path_up_m"));
+    for (const auto& figure : kPairFigures) pair.*figure.member = row.Number(figure.column);
     reading->result.pairs.push_back(pair);
   });
 }

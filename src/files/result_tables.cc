@@ -2,7 +2,6 @@
 #include "result_tables.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/geometry/look_equations.h"
 
 #include <algorithm>
 #include <array>
@@ -25,17 +24,6 @@ void WriteCheck(const ResultView& view, std::uint32_t point, NewRow* row) {
   row->Number(kColumns("chi_square_3"), check->chi_square);
   row->Numbers(kColumns("error_sigma_e_m", "error_sigma_n_m", "error_sigma_u_m"),
                check->sigma_enu_m);
-}
-
-void WriteLeberl(const PointResults& points, std::size_t i, NewRow* row) {
-  constexpr const auto& kColumns = kResultPointColumns;
-  if (points.sigma_leberl_across_m.empty()) return;
-  row->Number(kColumns("sigma_leberl_across_m"), points.sigma_leberl_across_m[i]);
-  row->Number(kColumns("sigma_leberl_up_m"), points.sigma_leberl_up_m[i]);
-  row->Number(kColumns("sigma_leberl_path_across_m"), points.sigma_leberl_path_across_m[i]);
-  row->Number(kColumns("sigma_leberl_path_up_m"), points.sigma_leberl_path_up_m[i]);
-  row->Number(kColumns("leberl_across_azimuth_deg"),
-              points.leberl_across_azimuth_rad[i] * kDegPerRad);
 }
 
 /// Of the first three elements of a covariance.
@@ -107,11 +95,10 @@ void WritePointRow(const ResultView& view, std::uint32_t i, Batch* batch) {
     row.Numbers(kColumns("sigma_e_m", "sigma_n_m", "sigma_u_m"), Sigmas(c));
     row.Numbers(kColumns("cov_en_m2", "cov_eu_m2", "cov_nu_m2"), Triple{c[3], c[4], c[5]});
   }
-  if (!points.intersection_rad.empty()) {
-    row.Number(kColumns("intersection_deg"), points.intersection_rad[i] * kDegPerRad);
+  for (const auto& figure : kPointFigures) {
+    const std::vector<double>& values = points.*figure.member;
+    if (!values.empty()) row.Number(figure.column, values[i] * figure.written);
   }
-  WriteLeberl(points, i, &row);
-  if (!points.redundancy.empty()) row.Number(kColumns("redundancy"), points.redundancy[i]);
   WriteCheck(view, i, &row);
   if (!points.fixed_path_covariance_m2.empty()) {
     const SymmetricEnu& c = points.fixed_path_covariance_m2[i];
@@ -244,15 +231,12 @@ void WritePairTable(TableSink* sink, const ResultView& view) {
   const std::vector<PairResult>& pairs = view.result.pairs;
   WriteEach(pairs.size(), table.get(), [&](std::size_t i, Batch* batch) {
     const PairResult& pair = pairs[i];
-    NewRow(batch)
-        .Id(kColumns("point_a"), view.block.points.ids, pair.a)
+    NewRow row(batch);
+    row.Id(kColumns("point_a"), view.block.points.ids, pair.a)
         .Id(kColumns("point_b"), view.block.points.ids, pair.b)
         .Numbers(kColumns("de_m", "dn_m", "du_m"), pair.difference_enu_m)
-        .Numbers(kPairCovariance, pair.covariance_m2)
-        .Number(kColumns("sigma_leberl_across_m"), pair.sigma_leberl_across_m)
-        .Number(kColumns("sigma_leberl_up_m"), pair.sigma_leberl_up_m)
-        .Number(kColumns("sigma_leberl_path_across_m"), pair.sigma_leberl_path_across_m)
-        .Number(kColumns("sigma_leberl_path_up_m"), pair.sigma_leberl_path_up_m);
+        .Numbers(kPairCovariance, pair.covariance_m2);
+    for (const auto& figure : kPairFigures) row.Number(figure.column, pair.*figure.member);
   });
   table->Commit();
 }
@@ -304,22 +288,6 @@ void WriteStripTable(TableSink* sink, const ResultView& view) {
 
 namespace {
 
-// The residual as a time over the line interval; of a measured Doppler how far the cone passes
-// beside the point. The nominal path serves: a correction of 10 m changes the rates by a
-// hundred-thousandth.
-double LineResidual(const Block& block,
-                    std::size_t look,
-                    const Eigen::Vector3d& p_m,
-                    double azimuth_residual_m) {
-  const Pass& pass = block.passes[block.looks.pass[look]];
-  const auto motion = pass.path.At(block.looks.time_s[look]);
-  if (!motion) return kNotGiven;
-  const TimeRates rates = LookTimeRates(
-      p_m, motion->position_m, motion->velocity_mps, motion->acceleration_mps2, block.ConeOf(look));
-  const double metre_s = 1.0 / (block.MeasuresDoppler(look) ? -rates.doppler_mps : rates.along_mps);
-  return azimuth_residual_m * metre_s / pass.image->line_interval_s;
-}
-
 /// Where a look of a pass with an image was measured in it, and its residuals as steps of the
 /// image, computed minus measured. docs/theory/image_coordinates.md, eq. (5).
 void WritePixelResiduals(const ResultView& view, std::size_t look, std::size_t point, NewRow* row) {
@@ -333,13 +301,12 @@ void WritePixelResiduals(const ResultView& view, std::size_t look, std::size_t p
     row->Number(kColumns("line"), image->line_px).Number(kColumns("pixel"), image->pixel_px);
   }
   if (looks.range_residual_m.empty() || std::isnan(looks.range_residual_m[look])) return;
-  row->Number(
-      kColumns("line_residual_px"),
-      LineResidual(
-          block, look, view.result.points.position_m[point], looks.azimuth_residual_m[look]));
-  if (const auto pixel_m = SlantRangePerPixel_m(*pass.image, radar)) {
-    row->Number(kColumns("pixel_residual_px"), looks.range_residual_m[look] / *pixel_m);
-  }
+  const auto [pixels, lines] =
+      InRaster(block,
+               look,
+               view.result.points.position_m[point],
+               {looks.range_residual_m[look], looks.azimuth_residual_m[look]});
+  row->Number(kColumns("line_residual_px"), lines).Number(kColumns("pixel_residual_px"), pixels);
 }
 
 }  // namespace

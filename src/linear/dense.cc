@@ -10,103 +10,24 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
+#include <cblas.h>
 #include <dlfcn.h>
 #include <glog/logging.h>
 #include <sys/mman.h>
 
-// Fortran symbols; the trailing sizes are the hidden lengths of the character arguments.
+// Fortran symbols of LAPACK; the trailing size is the hidden length of the character argument.
 extern "C" {
 void dpotrf_(const char*, const int*, double*, const int*, int*, std::size_t);
 void dpotri_(const char*, const int*, double*, const int*, int*, std::size_t);
-void dtrsm_(const char*,
-            const char*,
-            const char*,
-            const char*,
-            const int*,
-            const int*,
-            const double*,
-            const double*,
-            const int*,
-            double*,
-            const int*,
-            std::size_t,
-            std::size_t,
-            std::size_t,
-            std::size_t);
-void dtrsv_(const char*,
-            const char*,
-            const char*,
-            const int*,
-            const double*,
-            const int*,
-            double*,
-            const int*,
-            std::size_t,
-            std::size_t,
-            std::size_t);
-void dsyrk_(const char*,
-            const char*,
-            const int*,
-            const int*,
-            const double*,
-            const double*,
-            const int*,
-            const double*,
-            double*,
-            const int*,
-            std::size_t,
-            std::size_t);
-void dsymm_(const char*,
-            const char*,
-            const int*,
-            const int*,
-            const double*,
-            const double*,
-            const int*,
-            const double*,
-            const int*,
-            const double*,
-            double*,
-            const int*,
-            std::size_t,
-            std::size_t);
-void dgemm_(const char*,
-            const char*,
-            const int*,
-            const int*,
-            const int*,
-            const double*,
-            const double*,
-            const int*,
-            const double*,
-            const int*,
-            const double*,
-            double*,
-            const int*,
-            std::size_t,
-            std::size_t);
-void dgemv_(const char*,
-            const int*,
-            const int*,
-            const double*,
-            const double*,
-            const int*,
-            const double*,
-            const int*,
-            const double*,
-            double*,
-            const int*,
-            std::size_t);
 }
 
 namespace sarblock::dense {
 namespace {
 
-constexpr double kOne = 1.0, kMinusOne = -1.0, kZero = 0.0;
-constexpr int kStep = 1;
+constexpr auto kLayout = CblasColMajor;
 
-void TriangularSolve(const char* side,
-                     const char* transposed,
+void TriangularSolve(CBLAS_SIDE side,
+                     CBLAS_TRANSPOSE transposed,
                      int m,
                      int n,
                      const double* l,
@@ -114,16 +35,16 @@ void TriangularSolve(const char* side,
                      double* b,
                      int ldb) {
   if (m > 0 && n > 0) {
-    dtrsm_(side, "L", transposed, "N", &m, &n, &kOne, l, &ldl, b, &ldb, 1, 1, 1, 1);
+    cblas_dtrsm(kLayout, side, CblasLower, transposed, CblasNonUnit, m, n, 1.0, l, ldl, b, ldb);
   }
 }
 
 void LeftSolve(
-    const char* transposed, int n, int columns, const double* l, int ldl, double* b, int ldb) {
+    CBLAS_TRANSPOSE transposed, int n, int columns, const double* l, int ldl, double* b, int ldb) {
   if (columns == 1 && n > 0) {  // dtrsm packs the triangle even for one column
-    dtrsv_("L", transposed, "N", &n, l, &ldl, b, &kStep, 1, 1, 1);
+    cblas_dtrsv(kLayout, CblasLower, transposed, CblasNonUnit, n, l, ldl, b, 1);
   } else {
-    TriangularSolve("L", transposed, n, columns, l, ldl, b, ldb);
+    TriangularSolve(CblasLeft, transposed, n, columns, l, ldl, b, ldb);
   }
 }
 
@@ -204,45 +125,45 @@ void InvertFromFactor(int n, double* a, int lda) {
 }
 
 void SolveRightTransposed(int m, int n, const double* l, int ldl, double* b, int ldb) {
-  TriangularSolve("R", "T", m, n, l, ldl, b, ldb);
+  TriangularSolve(CblasRight, CblasTrans, m, n, l, ldl, b, ldb);
 }
 
 void SolveRight(int m, int n, const double* l, int ldl, double* b, int ldb) {
-  TriangularSolve("R", "N", m, n, l, ldl, b, ldb);
+  TriangularSolve(CblasRight, CblasNoTrans, m, n, l, ldl, b, ldb);
 }
 
 void SolveLeft(int n, int columns, const double* l, int ldl, double* b, int ldb) {
-  LeftSolve("N", n, columns, l, ldl, b, ldb);
+  LeftSolve(CblasNoTrans, n, columns, l, ldl, b, ldb);
 }
 
 void SolveLeftTransposed(int n, int columns, const double* l, int ldl, double* b, int ldb) {
-  LeftSolve("T", n, columns, l, ldl, b, ldb);
+  LeftSolve(CblasTrans, n, columns, l, ldl, b, ldb);
 }
 
 void SubtractSquare(int n, int k, const double* a, int lda, double* c, int ldc) {
   if (n > 0 && k > 0) {
-    dsyrk_("L", "N", &n, &k, &kMinusOne, a, &lda, &kOne, c, &ldc, 1, 1);
+    cblas_dsyrk(kLayout, CblasLower, CblasNoTrans, n, k, -1.0, a, lda, 1.0, c, ldc);
   }
 }
 
 void SubtractProductTransposed(
     int m, int n, int k, const double* a, int lda, const double* b, int ldb, double* c, int ldc) {
   if (m > 0 && n > 0 && k > 0) {
-    dgemm_("N", "T", &m, &n, &k, &kMinusOne, a, &lda, b, &ldb, &kOne, c, &ldc, 1, 1);
+    cblas_dgemm(kLayout, CblasNoTrans, CblasTrans, m, n, k, -1.0, a, lda, b, ldb, 1.0, c, ldc);
   }
 }
 
 void SubtractProduct(
     int m, int n, int k, const double* a, int lda, const double* b, int ldb, double* c, int ldc) {
   if (m > 0 && n > 0 && k > 0) {
-    dgemm_("N", "N", &m, &n, &k, &kMinusOne, a, &lda, b, &ldb, &kOne, c, &ldc, 1, 1);
+    cblas_dgemm(kLayout, CblasNoTrans, CblasNoTrans, m, n, k, -1.0, a, lda, b, ldb, 1.0, c, ldc);
   }
 }
 
 void NegativeSymmetricProduct(
     int m, int n, const double* s, int lds, const double* b, int ldb, double* c, int ldc) {
   if (m > 0 && n > 0) {
-    dsymm_("L", "L", &m, &n, &kMinusOne, s, &lds, b, &ldb, &kZero, c, &ldc, 1, 1);
+    cblas_dsymm(kLayout, CblasLeft, CblasLower, m, n, -1.0, s, lds, b, ldb, 0.0, c, ldc);
   }
 }
 
@@ -252,9 +173,9 @@ void SubtractTransposedProduct(
     return;
   }
   if (n == 1) {
-    dgemv_("T", &k, &m, &kMinusOne, a, &lda, b, &kStep, &kOne, c, &kStep, 1);
+    cblas_dgemv(kLayout, CblasTrans, k, m, -1.0, a, lda, b, 1, 1.0, c, 1);
   } else {
-    dgemm_("T", "N", &m, &n, &k, &kMinusOne, a, &lda, b, &ldb, &kOne, c, &ldc, 1, 1);
+    cblas_dgemm(kLayout, CblasTrans, CblasNoTrans, m, n, k, -1.0, a, lda, b, ldb, 1.0, c, ldc);
   }
 }
 
@@ -264,9 +185,9 @@ void Product(
     return;
   }
   if (n == 1) {
-    dgemv_("N", &m, &k, &kOne, a, &lda, b, &kStep, &kZero, c, &kStep, 1);
+    cblas_dgemv(kLayout, CblasNoTrans, m, k, 1.0, a, lda, b, 1, 0.0, c, 1);
   } else {
-    dgemm_("N", "N", &m, &n, &k, &kOne, a, &lda, b, &ldb, &kZero, c, &ldc, 1, 1);
+    cblas_dgemm(kLayout, CblasNoTrans, CblasNoTrans, m, n, k, 1.0, a, lda, b, ldb, 0.0, c, ldc);
   }
 }
 

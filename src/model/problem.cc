@@ -132,6 +132,14 @@ int AdjustmentProblem::CountLooks(std::size_t point) const {
   return static_cast<int>(std::count(begin, end, std::uint8_t{1}));
 }
 
+std::optional<PointStatus> AdjustmentProblem::LacksEquations(std::size_t point) const {
+  const int looks = CountLooks(point);
+  if (looks == 0) return PointStatus::kNotSeen;
+  const std::int32_t index = control_of[point];
+  const int rows = index < 0 ? 0 : control[static_cast<std::size_t>(index)].rows;
+  return 2 * looks + rows < 3 ? std::optional(PointStatus::kTooFewLooks) : std::nullopt;
+}
+
 bool EvaluateLook(const LookModel& model,
                   const BlockState& state,
                   std::size_t point,

@@ -6,6 +6,7 @@
 #include "sarblock/model/result.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -101,6 +102,9 @@ struct AdjustmentProblem {
   void TakeBack(std::size_t point, const std::vector<std::size_t>& looks);
   /// Looks of a point that take part.
   [[nodiscard]] int CountLooks(std::size_t point) const;
+  /// kNotSeen without such a look, kTooFewLooks where looks and control give fewer equations than
+  /// unknowns; nothing where there are enough.
+  [[nodiscard]] std::optional<PointStatus> LacksEquations(std::size_t point) const;
 };
 
 /// Corrections of passes and their joint priors.

@@ -105,12 +105,7 @@ IceyeProduct ParseIceye(std::string_view text, const std::string& file) {
   product.satellite = root.Child("satellite_name").Name();
   root.Child("product_level").RequireText("GRD", "other products are not read");
   root.Child("geo_ref_system").RequireText("WGS84", "states are earth-fixed");
-  const XmlElement side = root.Child("look_side");
-  const bool left = side.Text() == "left";
-  if (!left && side.Text() != "right") {
-    side.Fail("must be left or right, got " + Quoted(side.Text()));
-  }
-  product.side = left ? LookSide::kLeft : LookSide::kRight;
+  product.side = ReadSide(root.Child("look_side"), "left", "right");
   product.wavelength_m = kSpeedOfLight_mps / root.Child("carrier_frequency").Positive();
   product.lines = root.Child("number_of_azimuth_samples").Pixels();
   product.samples = root.Child("number_of_range_samples").Pixels();
@@ -133,16 +128,7 @@ IceyeProduct ParseIceye(std::string_view text, const std::string& file) {
   product.ground_range.push_back({ground.Child("zero_doppler_time").Time(),
                                   ground.Child("ground_range_origin").Number(),
                                   ReadCoefficients(ground)});
-  product.orbit = ReadStates(
-      root.Child("Orbit_State_Vectors"), "orbit_vector", [](const XmlElement& state) -> OrbitState {
-        const auto vector = [&state](const char* x, const char* y, const char* z) {
-          return Eigen::Vector3d(
-              state.Child(x).Number(), state.Child(y).Number(), state.Child(z).Number());
-        };
-        return {state.Child("time").Time(),
-                vector("posX", "posY", "posZ"),
-                vector("velX", "velY", "velZ")};
-      });
+  product.orbit = ReadFlatStates(root.Child("Orbit_State_Vectors"), "orbit_vector", "time");
   product.orbit_level = root.Child("orbit_processing_level").Name();
   if (const auto delay = root.Find("tropo_range_delay")) {
     constexpr double kMost_m = 150.0;

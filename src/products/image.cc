@@ -117,6 +117,26 @@ std::vector<OrbitState> ReadStates(const XmlElement& list,
   return states;
 }
 
+Eigen::Vector3d ReadVector(const XmlElement& element, const char* x, const char* y, const char* z) {
+  return {element.Child(x).Number(), element.Child(y).Number(), element.Child(z).Number()};
+}
+
+std::vector<OrbitState> ReadFlatStates(const XmlElement& list, const char* name, const char* time) {
+  return ReadStates(list, name, [time](const XmlElement& state) -> OrbitState {
+    return {state.Child(time).Time(),
+            ReadVector(state, "posX", "posY", "posZ"),
+            ReadVector(state, "velX", "velY", "velZ")};
+  });
+}
+
+LookSide ReadSide(const XmlElement& element, const std::string& left, const std::string& right) {
+  const std::string text = element.Text();
+  if (text != left && text != right) {
+    element.Fail("must be " + left + " or " + right + ", got " + Quoted(text));
+  }
+  return text == left ? LookSide::kLeft : LookSide::kRight;
+}
+
 std::string CompactTime(const UtcTime& time) {
   std::string text = UtcText(time);
   std::erase_if(text, [](char c) { return c == '-' || c == ':' || c == 'Z'; });

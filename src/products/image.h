@@ -63,6 +63,19 @@ struct OrbitState {
     const XmlElement& list,
     const char* name,
     const std::function<OrbitState(const XmlElement&)>& read);
+/// The numbers of three children.
+[[nodiscard]] Eigen::Vector3d ReadVector(const XmlElement& element,
+                                         const char* x,
+                                         const char* y,
+                                         const char* z);
+/// The states of children that have a time called `time` and posX to velZ.
+[[nodiscard]] std::vector<OrbitState> ReadFlatStates(const XmlElement& list,
+                                                     const char* name,
+                                                     const char* time);
+/// Which of the two texts it is; refuses others.
+[[nodiscard]] LookSide ReadSide(const XmlElement& element,
+                                const std::string& left,
+                                const std::string& right);
 
 /// Ground range polynomial of a product, see GroundRangePolynomial.
 struct ProductGroundRange {

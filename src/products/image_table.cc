@@ -21,10 +21,6 @@
 namespace sarblock {
 namespace {
 
-Eigen::Vector3d ReadVector(const XmlElement& element, const char* x, const char* y, const char* z) {
-  return {element.Child(x).Number(), element.Child(y).Number(), element.Child(z).Number()};
-}
-
 std::vector<OrbitState> ReadOrbit(const XmlElement& list) {
   return ReadStates(list, "orbit", [](const XmlElement& orbit) -> OrbitState {
     const XmlElement frame = orbit.Child("frame");
@@ -557,9 +553,12 @@ TakenOrbit OrbitOfFiles(const std::vector<OrbitFile>& orbits,
                                files));
 }
 
-ImageGrid ImageOf(const Sentinel1Product& product, const UtcTime& epoch) {
+namespace {
+
+/// All but presentation and bursts.
+template <typename Product>
+ImageGrid GridOf(const Product& product, const UtcTime& epoch) {
   ImageGrid image;
-  image.presentation = product.presentation;
   image.first_line_s = SecondsBetween(epoch, product.first_line);
   image.line_interval_s = product.line_interval_s;
   image.near_range_m = product.near_range_m;
@@ -568,6 +567,14 @@ ImageGrid ImageOf(const Sentinel1Product& product, const UtcTime& epoch) {
     image.ground_range.push_back(
         {SecondsBetween(epoch, polynomial.time), polynomial.origin_m, polynomial.coefficients});
   }
+  return image;
+}
+
+}  // namespace
+
+ImageGrid ImageOf(const Sentinel1Product& product, const UtcTime& epoch) {
+  ImageGrid image = GridOf(product, epoch);
+  image.presentation = product.presentation;
   for (const UtcTime& burst : product.bursts) {
     image.burst_start_s.push_back(SecondsBetween(epoch, burst));
   }
@@ -576,16 +583,8 @@ ImageGrid ImageOf(const Sentinel1Product& product, const UtcTime& epoch) {
 }
 
 ImageGrid ImageOf(const ZeroDopplerImage& product, const UtcTime& epoch) {
-  ImageGrid image;
+  ImageGrid image = GridOf(product, epoch);
   if (!product.ground_range.empty()) image.presentation = Presentation::kGround;
-  image.first_line_s = SecondsBetween(epoch, product.first_line);
-  image.line_interval_s = product.line_interval_s;
-  image.near_range_m = product.near_range_m;
-  image.range_spacing_m = product.range_spacing_m;
-  for (const ProductGroundRange& polynomial : product.ground_range) {
-    image.ground_range.push_back(
-        {SecondsBetween(epoch, polynomial.time), polynomial.origin_m, polynomial.coefficients});
-  }
   return image;
 }
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "bytes.h"
+#include "image.h"
 #include "xml.h"
 #include <Eigen/Dense>
 #include <fmt/core.h>
@@ -256,10 +257,7 @@ SicdImage ReadSicdText(std::string_view text, const std::string& file) {
   const Frame earth = Frame::Geocentric(NamedEllipsoid("WGS84"));
   image.corners = ReadCorners(root.Child("GeoData"), earth.GeodeticFromFrame(image.centre_m).h_m);
   KeepLines(root, &image);
-  const XmlElement side = root.Child("SCPCOA").Child("SideOfTrack");
-  const std::string letter = side.Text();
-  if (letter != "L" && letter != "R") side.Fail("must be L or R, got '" + letter + "'");
-  image.side = letter == "L" ? LookSide::kLeft : LookSide::kRight;
+  image.side = ReadSide(root.Child("SCPCOA").Child("SideOfTrack"), "L", "R");
   image.errors = ReadErrorStatistics(root);
   return image;
 }

@@ -64,15 +64,7 @@ void ReadOrbit(const XmlElement& orbit, TerraSarXProduct* product) {
     frame.Fail("must be WGS84 or an ITRF (earth-fixed), got " + Quoted(name));
   }
   product->orbit_accuracy = header.Child("accuracy").Name();
-  product->orbit = ReadStates(orbit, "stateVec", [](const XmlElement& state) -> OrbitState {
-    const auto vector = [&state](const char* x, const char* y, const char* z) {
-      return Eigen::Vector3d(
-          state.Child(x).Number(), state.Child(y).Number(), state.Child(z).Number());
-    };
-    return {state.Child("timeUTC").Time(),
-            vector("posX", "posY", "posZ"),
-            vector("velX", "velY", "velZ")};
-  });
+  product->orbit = ReadFlatStates(orbit, "stateVec", "timeUTC");
 }
 
 }  // namespace
@@ -93,12 +85,7 @@ TerraSarXProduct ParseTerraSarX(std::string_view text, const std::string& file) 
   product.mission = root.Child("generalHeader").Child("mission").Name();
   const XmlElement acquisition = info.Child("acquisitionInfo");
   product.mode = acquisition.Child("imagingMode").Name();
-  const XmlElement side = acquisition.Child("lookDirection");
-  const bool left = side.Text() == "LEFT";
-  if (!left && side.Text() != "RIGHT") {
-    side.Fail("must be LEFT or RIGHT, got " + Quoted(side.Text()));
-  }
-  product.side = left ? LookSide::kLeft : LookSide::kRight;
+  product.side = ReadSide(acquisition.Child("lookDirection"), "LEFT", "RIGHT");
   product.wavelength_m =
       kSpeedOfLight_mps /
       root.Child("instrument").Child("radarParameters").Child("centerFrequency").Positive();

@@ -262,18 +262,34 @@ ReliabilityFigures ReliabilityOf(const AdjustOptions& options, const AdjustResul
 
 double TauOf(double w, const AdjustResult& result) { return w / std::sqrt(result.sigma0_squared); }
 
-double AlongRate_mps(const Block& block, std::uint64_t look, const Eigen::Vector3d& p_m) {
+namespace {
+
+/// On the nominal path, the point of the look at `p_m`; NaN where its time is not on the path.
+TimeRates RatesOf(const Block& block, std::uint64_t look, const Eigen::Vector3d& p_m) {
   const auto motion = block.passes[block.looks.pass[look]].path.At(block.looks.time_s[look]);
-  if (!motion) return kNotGiven;
-  const TimeRates rates = LookTimeRates(
+  if (!motion) return {kNotGiven, kNotGiven, kNotGiven};
+  return LookTimeRates(
       p_m, motion->position_m, motion->velocity_mps, motion->acceleration_mps2, block.ConeOf(look));
-  return rates.along_mps;
+}
+
+}  // namespace
+
+std::array<double, 2> InRaster(const Block& block,
+                               std::uint64_t look,
+                               const Eigen::Vector3d& p_m,
+                               const std::array<double, 2>& shift_m) {
+  const std::optional<ImageGrid>& image = block.passes[block.looks.pass[look]].image;
+  if (!image) return {kNotGiven, kNotGiven};
+  const auto pixel_m = SlantRangePerPixel_m(*image, block.Measured(look));
+  const TimeRates rates = RatesOf(block, look, p_m);
+  const double metre_s = 1.0 / (block.MeasuresDoppler(look) ? -rates.doppler_mps : rates.along_mps);
+  return {shift_m[0] / pixel_m.value_or(kNotGiven), shift_m[1] * metre_s / image->line_interval_s};
 }
 
 double AzimuthSigma_m(const Block& block, std::uint64_t look, const Eigen::Vector3d& p_m) {
   const LookSigma sigma = block.SigmaOf(look);
   if (sigma.azimuth_unit == AzimuthUnit::kMetres) return sigma.azimuth;
-  if (!block.MeasuresDoppler(look)) return sigma.azimuth * AlongRate_mps(block, look, p_m);
+  if (!block.MeasuresDoppler(look)) return sigma.azimuth * RatesOf(block, look, p_m).along_mps;
   const auto motion = block.passes[block.looks.pass[look]].path.At(block.looks.time_s[look]);
   return motion ? block.ApproximateAzimuthSigma_m(look, motion->velocity_mps.norm()) : kNotGiven;
 }

@@ -67,11 +67,15 @@ void ScaleByPosterior(const AdjustOptions& options, AdjustResult* result);
 /// Studentised residual w / s0 (Pope 1976), s0^2 the variance factor; NaN without one.
 [[nodiscard]] double TauOf(double w, const AdjustResult& result);
 
-/// Metres along track at the target for a second of the time of a look, its point at `p_m`; NaN
-/// where the time is not on the path.
-[[nodiscard]] double AlongRate_mps(const Block& block,
-                                   std::uint64_t look,
-                                   const Eigen::Vector3d& p_m);
+/// Pixels and lines of a shift [m] in range and azimuth of a look whose point is at `p_m`: the
+/// azimuth as a time over the line interval, of a measured Doppler how far the cone passes beside
+/// the point. On the nominal path: a correction of 10 m changes the rates by a hundred-thousandth.
+/// NaN where the pass has no raster, and where the raster or the path does not reach.
+/// docs/theory/image_coordinates.md, eq. (5).
+[[nodiscard]] std::array<double, 2> InRaster(const Block& block,
+                                             std::uint64_t look,
+                                             const Eigen::Vector3d& p_m,
+                                             const std::array<double, 2>& shift_m);
 
 /// Standard deviation of a look's azimuth in metres at the target; where it is given in seconds by
 /// the azimuth rate at `p_m` on the nominal path: to the relative change of the velocity by the

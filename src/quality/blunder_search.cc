@@ -101,7 +101,7 @@ double ReachOf(const PointResiduals& residuals, const SuspectSet& set) {
   for (Eigen::Index i = 0; i < residuals.size(); ++i) {
     const double w = residuals.w(i);
     if (std::isnan(w) || (set.rest_determines && !IsRemoved(residuals, set, i))) continue;
-    reach += std::abs(w) * std::sqrt(residuals.corrections_share[i] / residuals.q_vv(i, i));
+    reach += std::abs(w) * std::sqrt(residuals.corrections_share(i, i) / residuals.q_vv(i, i));
   }
   return reach;
 }
@@ -109,7 +109,7 @@ double ReachOf(const PointResiduals& residuals, const SuspectSet& set) {
 bool StaysSuspect(const PointResiduals& residuals, double max_reach, double critical) {
   const Eigen::Index i = LargestRow(residuals);
   if (i < 0) return false;
-  const double part = std::sqrt(residuals.corrections_share[i] / residuals.q_vv(i, i));
+  const double part = std::sqrt(residuals.corrections_share(i, i) / residuals.q_vv(i, i));
   return std::abs(residuals.w(i)) - part * max_reach > critical;
 }
 
@@ -397,8 +397,9 @@ void Search::Undo(std::size_t keep, const std::string& note) {
 /// Of a point that hundreds of passes see, those of the look of its largest |w| alone.
 PointResiduals Search::ResidualsOf(std::uint32_t point) const {
   const CorrectionCovariance* inverse = inverse_ ? &*inverse_ : nullptr;
+  PointLinearization at(problem_, state_, inverse);
   if (inverse == nullptr || inverse->bordered.RowOf(point) < 0) {
-    return ResidualsOfPoint(problem_, state_, inverse, point);
+    return at.At(point).Residuals();
   }
   const auto& offsets = problem_.block.looks.offsets;
   std::uint64_t largest = offsets[point];
@@ -410,7 +411,7 @@ PointResiduals Search::ResidualsOf(std::uint32_t point) const {
       largest = i;
     }
   }
-  return ResidualsOfLook(problem_, state_, inverse, point, largest);
+  return at.At(point).ResidualsOf(largest);
 }
 
 /// Decides on one candidate; true where something was removed.
@@ -492,7 +493,8 @@ void Search::DropOfRobust(std::uint32_t point, double limit) {
     if (at.whitened_error.squaredNorm() > limit) far.looks.push_back(i);
   }
   if (far.looks.empty()) return;
-  const PointResiduals residuals = InformationOfPoint(problem_, state_, point);
+  const PointResiduals residuals =
+      PointLinearization(problem_, state_, nullptr).At(point).Information();
   if (!RestDetermines(residuals, far)) return;
   for (const std::uint64_t look : far.looks) problem_.look_used[look] = 0;
   report_.robust.insert(report_.robust.end(), far.looks.begin(), far.looks.end());

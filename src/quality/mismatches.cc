@@ -146,20 +146,6 @@ std::string Describe(const Block& block, const Mismatch& mismatch) {
   return text + " (a repeated pattern matched with the next one, or an error of the pass)";
 }
 
-/// Pixels and lines of a shift [m] in range and azimuth at a look of a point at `p_m`; NaN where
-/// the pass has no raster.
-std::array<double, 2> InRaster(const Block& block,
-                               std::size_t look,
-                               const Eigen::Vector3d& p_m,
-                               const std::array<double, 2>& shift_m) {
-  const std::optional<ImageGrid>& image = block.passes[block.looks.pass[look]].image;
-  if (!image) return {kNotGiven, kNotGiven};
-  const RadarCoordinates at{block.looks.time_s[look], block.looks.range_m[look]};
-  const double pixel_m = SlantRangePerPixel_m(*image, at).value_or(kNotGiven);
-  const double line_m = AlongRate_mps(block, look, p_m) * image->line_interval_s;
-  return {shift_m[0] / pixel_m, shift_m[1] / line_m};
-}
-
 /// The pass of which a group of looks was left out as a whole.
 std::optional<std::size_t> PassOfGroup(const Block& block, const AdjustResult& result) {
   if (!result.snooping) return std::nullopt;

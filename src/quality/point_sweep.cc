@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "core/threads.h"
-#include "linear/dense.h"
 #include "model/problem.h"
 #include "normals/point.h"
 #include "reliability.h"
@@ -28,108 +27,119 @@ constexpr std::size_t kPointsPerChunk = 128;
 /// point of the border, where it would need all pairs of its passes).
 constexpr double kLargeLeverage = 1e6;
 
-/// Everything about one point at the solution; storage reused from point to point.
-struct PointState {
-  PointFactor factor;
-  PointTerms terms;
-  const double* t = nullptr;  // T, 3 x width, row by row
-  std::vector<double> y;      // Y = T C, 3 x width, row by row
-  int border_row = -1;        // CorrectionCovariance::t_c
-  Eigen::Matrix3d r_inverse = Eigen::Matrix3d::Zero();
-  Eigen::Matrix3d core = Eigen::Matrix3d::Identity();  // I + T C T'
-  bool complement_formed = false;
-};
+/// Reliability of both components of one look; returns its redundancy.
+double FillLook(const LookCovariance& look, LookQuality* out) {
+  double total = 0.0;
+  for (Eigen::Index i = 0; i < 2; ++i) {
+    const auto component = static_cast<std::size_t>(i);
+    const double redundancy = 1.0 - look.adjusted_covariance(i, i);
+    total += redundancy;
+    out->redundancy[component][look.look] = static_cast<float>(redundancy);
+    out->w[component][look.look] =
+        redundancy > kMinRedundancy
+            ? static_cast<float>(look.whitened_error[i] / std::sqrt(redundancy))
+            : std::numeric_limits<float>::quiet_NaN();
+    out->shift_m[component][look.look] = static_cast<float>(look.shift_m.col(i).norm());
+  }
+  return total;
+}
+
+void Prepare(std::size_t points, std::size_t looks, bool quality, PointSweep* out) {
+  out->covariance_m2.resize(points);
+  if (!quality) return;
+  out->fixed_path_covariance_m2.resize(points);
+  out->redundancy.assign(points, kNaN);
+  for (std::size_t component = 0; component < 2; ++component) {
+    for (auto* values : {&out->quality.redundancy, &out->quality.w, &out->quality.shift_m}) {
+      (*values)[component].assign(looks, std::numeric_limits<float>::quiet_NaN());
+    }
+  }
+}
+
+}  // namespace
+
+PointLinearization::PointLinearization(const AdjustmentProblem& problem,
+                                       const BlockState& state,
+                                       const CorrectionCovariance* inverse,
+                                       bool quality,
+                                       const KeptFactors* kept)
+    : problem_(problem),
+      state_(state),
+      inverse_(inverse == nullptr || inverse->rows() == 0 ? nullptr : inverse),
+      quality_(quality),
+      kept_(kept) {}
 
 /// Y = T C of a point of the border.
-void GatherBorder(const ParameterLayout& layout,
-                  const CorrectionCovariance& inverse,
-                  PointState* p) {
-  const PointColumns& columns = p->terms.columns;
+void PointLinearization::GatherBorder() {
+  const PointColumns& columns = terms_.columns;
   for (std::size_t b = 0; b < columns.blocks.size(); ++b) {
-    const ParameterBlock& block = layout.blocks[static_cast<std::size_t>(columns.blocks[b])];
+    const ParameterBlock& block =
+        problem_.layout.blocks[static_cast<std::size_t>(columns.blocks[b])];
     for (int i = 0; i < block.size; ++i) {
-      const double* const of_column = inverse.t_c.At(p->border_row, block.offset + i);
-      double* const y = p->y.data() + columns.begin[b] + i;
+      const double* const of_column = inverse_->t_c.At(border_row_, block.offset + i);
+      double* const y = y_.data() + columns.begin[b] + i;
       for (int axis = 0; axis < 3; ++axis) y[axis * columns.width] = of_column[axis];
     }
   }
 }
 
-/// Y = T C and I + T C T' if `quality` asks for Y, else the second alone.
-void MultiplyByInverse(const ParameterLayout& layout,
-                       const CorrectionCovariance& inverse,
-                       bool quality,
-                       PointState* p) {
-  const auto width = static_cast<std::size_t>(p->terms.columns.width);
-  const double* values = inverse.blocks.values().data();
-  const bool bordered = p->border_row >= 0;
-  if (!quality && !bordered) {
-    const PointBlocks blocks = FindBlocks(layout, *inverse.blocks.pattern(), &p->terms);
-    Kernels().AddQuadraticForm(blocks, p->t, width, values, p->core.data());
+/// Y = T C and I + T C T' where looks are asked for, else the second alone.
+void PointLinearization::MultiplyByInverse() {
+  const auto width = static_cast<std::size_t>(terms_.columns.width);
+  const double* values = inverse_->blocks.values().data();
+  const bool bordered = border_row_ >= 0;
+  if (!quality_ && !bordered) {
+    const PointBlocks blocks = FindBlocks(problem_.layout, *inverse_->blocks.pattern(), &terms_);
+    Kernels().AddQuadraticForm(blocks, t_, width, values, core_.data());
     return;
   }
-  p->y.assign(3 * width, 0.0);
+  y_.assign(3 * width, 0.0);
   if (bordered) {
-    GatherBorder(layout, inverse, p);
+    GatherBorder();
   } else {
-    const PointBlocks blocks = FindBlocks(layout, *inverse.blocks.pattern(), &p->terms);
-    Kernels().AddProductWithMatrix(blocks, p->t, width, values, p->y.data());
+    const PointBlocks blocks = FindBlocks(problem_.layout, *inverse_->blocks.pattern(), &terms_);
+    Kernels().AddProductWithMatrix(blocks, t_, width, values, y_.data());
   }
   for (std::size_t a = 0; a < 3; ++a) {
     for (std::size_t b = 0; b <= a; ++b) {
       double sum = 0.0;
-      for (std::size_t c = 0; c < width; ++c) {
-        sum += p->t[a * width + c] * p->y[b * width + c];
-      }
-      p->core(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)) += sum;
-      if (a != b) p->core(static_cast<Eigen::Index>(b), static_cast<Eigen::Index>(a)) += sum;
+      for (std::size_t c = 0; c < width; ++c) sum += t_[a * width + c] * y_[b * width + c];
+      core_(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)) += sum;
+      if (a != b) core_(static_cast<Eigen::Index>(b), static_cast<Eigen::Index>(a)) += sum;
     }
   }
 }
 
-void FactorAt(const AdjustmentProblem& problem,
-              const BlockState& state,
-              const CorrectionCovariance* inverse,
-              bool quality,
-              const KeptFactors* kept,
-              std::size_t point,
-              PointState* p) {
-  PointColumns& columns = p->terms.columns;
-  p->t = kept != nullptr ? kept->Restore(problem, point, &p->factor.r, &columns) : nullptr;
-  const bool restored = p->t != nullptr;
-  if (restored && quality) kept->RestoreLooks(problem, point, &p->factor);
-  if (!restored) FactorPoint(problem, state, {}, 0.0, point, &p->factor);
-  p->r_inverse = InverseOfUpper(p->factor.r);
-  p->core.setIdentity();
-  p->complement_formed = false;
-  if (inverse == nullptr) return;
-  p->border_row = inverse->bordered.RowOf(point);
+PointLinearization& PointLinearization::At(std::size_t point) {
+  PointColumns& columns = terms_.columns;
+  t_ = kept_ != nullptr ? kept_->Restore(problem_, point, &factor_.r, &columns) : nullptr;
+  const bool restored = t_ != nullptr;
+  if (restored && quality_) kept_->RestoreLooks(problem_, point, &factor_);
+  if (!restored) FactorPoint(problem_, state_, {}, 0.0, point, &factor_);
+  r_inverse_ = InverseOfUpper(factor_.r);
+  core_.setIdentity();
+  complement_formed_ = false;
+  if (inverse_ == nullptr) return *this;
+  border_row_ = inverse_->bordered.RowOf(point);
   if (!restored) {
-    ProjectColumns(problem, p->factor, &columns);
-    p->t = columns.t.data();
+    ProjectColumns(problem_, factor_, &columns);
+    t_ = columns.t.data();
   }
-  MultiplyByInverse(problem.layout, *inverse, quality, p);
+  MultiplyByInverse();
+  return *this;
 }
 
 /// J_c Y' and J_c C J_c' of one look over its own columns.
-struct LookProducts {
-  Eigen::Matrix<double, 2, 3> with_point = Eigen::Matrix<double, 2, 3>::Zero();
-  Eigen::Matrix2d own = Eigen::Matrix2d::Zero();
-};
-
-LookProducts ProductsOf(const AdjustmentProblem& problem,
-                        const BlockSymmetricMatrix& inverse,
-                        const PointState& p,
-                        const WhitenedLook& look) {
-  LookProducts out;
-  const auto width = static_cast<std::size_t>(p.terms.columns.width);
+PointLinearization::Products<2> PointLinearization::ProductsOf(const WhitenedLook& look) const {
+  Products<2> out{Eigen::Matrix<double, 2, 3>::Zero(), Eigen::Matrix2d::Zero()};
+  const auto width = static_cast<std::size_t>(terms_.columns.width);
   const double* j0 = look.row[0].data();
   const double* j1 = look.row[1].data();
   int first = 0;
   for (int b = 0; b < look.columns.block_count; ++b) {
     const int id = look.columns.block[static_cast<std::size_t>(b)];
-    const int size = problem.layout.blocks[static_cast<std::size_t>(id)].size;
-    const double* y = p.y.data() + p.terms.columns.column_of_block[static_cast<std::size_t>(id)];
+    const int size = problem_.layout.blocks[static_cast<std::size_t>(id)].size;
+    const double* y = y_.data() + terms_.columns.column_of_block[static_cast<std::size_t>(id)];
     for (Eigen::Index axis = 0; axis < 3; ++axis, y += width) {
       for (int i = 0; i < size; ++i) {
         out.with_point(0, axis) += j0[first + i] * y[i];
@@ -139,9 +149,9 @@ LookProducts ProductsOf(const AdjustmentProblem& problem,
     int other = 0;
     for (int b2 = 0; b2 < look.columns.block_count; ++b2) {
       const int id2 = look.columns.block[static_cast<std::size_t>(b2)];
-      const int size2 = problem.layout.blocks[static_cast<std::size_t>(id2)].size;
+      const int size2 = problem_.layout.blocks[static_cast<std::size_t>(id2)].size;
       if (id2 <= id) {
-        const auto block = inverse.Block(id, id2);
+        const auto block = inverse_->blocks.Block(id, id2);
         const double* c = block.data();
         Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
         for (int col = 0; col < size2; ++col, c += size) {
@@ -165,97 +175,105 @@ LookProducts ProductsOf(const AdjustmentProblem& problem,
   return out;
 }
 
-/// The same two products of the complement M, for paths so weakly determined that the short form
-/// would subtract large numbers: M C M' and M Y'.
-LookProducts ComplementProducts(const AdjustmentProblem& problem,
-                                const BlockSymmetricMatrix& inverse,
-                                int row,
-                                PointState* p) {
-  if (!p->complement_formed) {
-    Complement(problem, p->factor, &p->terms.columns);
-    p->complement_formed = true;
+PointLinearization::Complements PointLinearization::Complement() {
+  PointColumns& columns = terms_.columns;
+  if (!complement_formed_) {
+    sarblock::Complement(problem_, factor_, &columns);
+    complement_formed_ = true;
   }
-  const PointColumns& columns = p->terms.columns;
-  const auto width = static_cast<std::size_t>(columns.width);
-  const Eigen::Map<const Eigen::Matrix<double, 2, Eigen::Dynamic, Eigen::RowMajor>,
-                   Eigen::Unaligned,
-                   Eigen::OuterStride<>>
-      m(columns.m.data() + static_cast<std::size_t>(row) * (width + 1),
-        2,
-        columns.width,
-        Eigen::OuterStride<>(static_cast<Eigen::Index>(width) + 1));
-  const Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>> y(
-      p->y.data(), 3, columns.width);
-  LookProducts out;
-  out.with_point = m * y.transpose();
-  for (std::size_t j = 0; j < columns.blocks.size(); ++j) {
-    for (std::size_t i = j; i < columns.blocks.size(); ++i) {
-      const auto block = inverse.Block(columns.blocks[i], columns.blocks[j]);
-      const Eigen::Matrix2d sum = m.middleCols(columns.begin[i], block.rows()) * block *
-                                  m.middleCols(columns.begin[j], block.cols()).transpose();
-      out.own += sum;
-      if (i != j) out.own += sum.transpose();
-    }
-  }
-  return out;
+  return {columns.m.data(),
+          factor_.row_count,
+          columns.width,
+          Eigen::OuterStride<>(static_cast<Eigen::Index>(columns.width) + 1)};
 }
 
-/// The figures of the look k of a point.
-LookCovariance CovarianceAt(const AdjustmentProblem& problem,
-                            const CorrectionCovariance* inverse,
-                            int k,
-                            PointState* p) {
-  const WhitenedLook& look = p->factor.looks[static_cast<std::size_t>(k)];
+/// The same two products of rows of the complement M: M Y' and M C M'.
+template <int Rows>
+PointLinearization::Products<Rows> PointLinearization::ComplementProducts(int first, int rows) {
+  const PointColumns& columns = terms_.columns;
+  const Eigen::Ref<const RowMajor<Rows>, 0, Eigen::OuterStride<>> m =
+      Complement().middleRows<Rows>(first, rows);
+  const Eigen::Map<const RowMajor<3>> y(y_.data(), 3, columns.width);
+  RowMajor<Rows> c_m = RowMajor<Rows>::Zero(rows, columns.width);  // M C
+  for (std::size_t j = 0; j < columns.blocks.size(); ++j) {
+    for (std::size_t i = j; i < columns.blocks.size(); ++i) {
+      const auto block = inverse_->blocks.Block(columns.blocks[i], columns.blocks[j]);
+      const int bi = columns.begin[i], bj = columns.begin[j];
+      c_m.middleCols(bj, block.cols()).noalias() += m.middleCols(bi, block.rows()) * block;
+      if (i == j) continue;
+      c_m.middleCols(bi, block.rows()).noalias() +=
+          m.middleCols(bj, block.cols()) * block.transpose();
+    }
+  }
+  return {m * y.transpose(), c_m * m.transpose()};
+}
+
+LookCovariance PointLinearization::Look(int k) {
+  const WhitenedLook& look = factor_.looks[static_cast<std::size_t>(k)];
   Eigen::Matrix<double, 2, 3> q;
-  q.row(0) = p->factor.RowOfQ(2 * k);
-  q.row(1) = p->factor.RowOfQ(2 * k + 1);
+  q.row(0) = factor_.RowOfQ(2 * k);
+  q.row(1) = factor_.RowOfQ(2 * k + 1);
   Eigen::Matrix2d adjusted = q * q.transpose();  // covariance of the adjusted look
   Eigen::Matrix<double, 2, 3> shift = q;         // by unit errors, times R'
-  if (inverse != nullptr) {
-    LookProducts products = ProductsOf(problem, inverse->blocks, *p, look);
-    if (p->border_row >= 0 || products.own.diagonal().maxCoeff() <= kLargeLeverage) {
-      const Eigen::Matrix<double, 2, 3> qc = q * p->core;
+  if (inverse_ != nullptr) {
+    Products<2> products = ProductsOf(look);
+    if (border_row_ >= 0 || products.own.diagonal().maxCoeff() <= kLargeLeverage) {
+      const Eigen::Matrix<double, 2, 3> qc = q * core_;
       const Eigen::Matrix2d mixed = products.with_point * q.transpose();
       adjusted = qc * q.transpose() - mixed - mixed.transpose() + products.own;
       shift = qc - products.with_point;
     } else {
-      products = ComplementProducts(problem, inverse->blocks, 2 * k, p);
+      products = ComplementProducts<2>(2 * k, 2);
       adjusted += products.own;
       shift = q - products.with_point;
     }
   }
-  return {look.look, look.whitened_error, q, adjusted, p->r_inverse * shift.transpose()};
+  return {look.look, look.whitened_error, q, adjusted, r_inverse_ * shift.transpose()};
 }
 
-/// Reliability of both components of one look; returns its redundancy.
-double FillLook(const LookCovariance& look, LookQuality* out) {
-  double total = 0.0;
-  for (Eigen::Index i = 0; i < 2; ++i) {
-    const auto component = static_cast<std::size_t>(i);
-    const double redundancy = 1.0 - look.adjusted_covariance(i, i);
-    total += redundancy;
-    out->redundancy[component][look.look] = static_cast<float>(redundancy);
-    out->w[component][look.look] =
-        redundancy > kMinRedundancy
-            ? static_cast<float>(look.whitened_error[i] / std::sqrt(redundancy))
-            : std::numeric_limits<float>::quiet_NaN();
-    out->shift_m[component][look.look] = static_cast<float>(look.shift_m.col(i).norm());
+PointResiduals PointLinearization::Information() const {
+  PointResiduals out;
+  for (int k = 0; k < factor_.look_count; ++k) {
+    out.looks.push_back(factor_.looks[static_cast<std::size_t>(k)].look);
   }
-  return total;
+  out.looks_of_point = out.looks.size();
+  out.v = Eigen::Map<const Eigen::VectorXd>(factor_.e.data(), factor_.row_count);
+  out.information = Eigen::Map<const Eigen::MatrixX3d>(factor_.q.data(), factor_.row_count, 3);
+  return out;
 }
 
-void Prepare(std::size_t points, std::size_t looks, bool quality, PointSweep* out) {
-  out->covariance_m2.resize(points);
-  if (!quality) return;
-  out->redundancy.assign(points, kNaN);
-  for (std::size_t component = 0; component < 2; ++component) {
-    for (auto* values : {&out->quality.redundancy, &out->quality.w, &out->quality.shift_m}) {
-      (*values)[component].assign(looks, std::numeric_limits<float>::quiet_NaN());
-    }
+PointResiduals PointLinearization::Residuals() {
+  PointResiduals out = Information();
+  const Eigen::Index m = out.size();
+  out.q_vv = Eigen::MatrixXd::Identity(m, m) - out.information * out.information.transpose();
+  out.corrections_share = Eigen::MatrixXd::Zero(m, m);
+  Eigen::MatrixX3d shift = out.information;
+  if (inverse_ != nullptr) {
+    const Products<Eigen::Dynamic> products =
+        ComplementProducts<Eigen::Dynamic>(0, factor_.row_count);
+    out.corrections_share = products.own;
+    out.q_vv -= products.own;
+    shift -= products.with_point;
   }
+  out.shift_m = r_inverse_ * shift.transpose();
+  return out;
 }
 
-}  // namespace
+PointResiduals PointLinearization::ResidualsOf(std::uint64_t look) {
+  const auto begin = factor_.looks.begin(), end = begin + factor_.look_count;
+  const auto found =
+      std::find_if(begin, end, [look](const WhitenedLook& of) { return of.look == look; });
+  const LookCovariance at = Look(static_cast<int>(found - begin));
+  PointResiduals out;
+  out.looks = {look};
+  out.looks_of_point = static_cast<std::size_t>(factor_.look_count);
+  out.v = at.whitened_error;
+  out.q_vv = Eigen::Matrix2d::Identity() - at.adjusted_covariance;
+  out.information = at.information;
+  out.corrections_share = at.adjusted_covariance - at.information * at.information.transpose();
+  out.shift_m = at.shift_m;
+  return out;
+}
 
 SymmetricEnu ToEnu(const Frame& frame, const Eigen::Vector3d& p_m, const Eigen::Matrix3d& m) {
   if (frame.kind() == FrameKind::kLocal) return SymmetricOf(m);
@@ -273,24 +291,24 @@ PointSweep SweepPoints(const AdjustmentProblem& problem,
   const std::size_t points = problem.block.points.size();
   PointSweep out;
   Prepare(points, problem.block.looks.size(), quality, &out);
-  if (inverse != nullptr && inverse->rows() == 0) inverse = nullptr;
   Step(progress, "covariance", 0, points);
   const auto sweep = [&](std::size_t, std::size_t begin, std::size_t end) {
-    PointState p;
+    PointLinearization at(problem, state, inverse, quality, kept);
     for (std::size_t point = begin; point < end; ++point) {
       if (!problem.Solves(point)) {
         out.covariance_m2[point].fill(kNaN);
+        if (quality) out.fixed_path_covariance_m2[point].fill(kNaN);
         continue;
       }
-      FactorAt(problem, state, inverse, quality, kept, point, &p);
-      out.covariance_m2[point] = ToEnu(problem.block.frame,
-                                       state.Position(point),
-                                       p.r_inverse * p.core * p.r_inverse.transpose());
+      at.At(point);
+      const auto enu = [&](const Eigen::Matrix3d& covariance_m2) {
+        return ToEnu(problem.block.frame, state.Position(point), covariance_m2);
+      };
+      out.covariance_m2[point] = enu(at.Covariance());
       if (!quality) continue;
+      out.fixed_path_covariance_m2[point] = enu(at.FixedPathCovariance());
       double sum = 0.0;
-      for (int k = 0; k < p.factor.look_count; ++k) {
-        sum += FillLook(CovarianceAt(problem, inverse, k, &p), &out.quality);
-      }
+      for (int k = 0; k < at.factor().look_count; ++k) sum += FillLook(at.Look(k), &out.quality);
       out.redundancy[point] = sum;
     }
   };
@@ -301,6 +319,7 @@ PointSweep SweepPoints(const AdjustmentProblem& problem,
   ForChunksOfRanks(points,
                    kPointsPerChunk,
                    {SharedArray::ByItem(&out.covariance_m2),
+                    SharedArray::ByItem(&out.fixed_path_covariance_m2),
                     SharedArray::ByItem(&out.redundancy),
                     by_look(&q.redundancy[0]),
                     by_look(&q.redundancy[1]),
@@ -310,19 +329,6 @@ PointSweep SweepPoints(const AdjustmentProblem& problem,
                     by_look(&q.shift_m[1])},
                    sweep);
   Step(progress, "covariance", points, points);
-  return out;
-}
-
-std::vector<LookCovariance> CovariancesOfLooks(const AdjustmentProblem& problem,
-                                               const BlockState& state,
-                                               const CorrectionCovariance* inverse,
-                                               std::size_t point) {
-  PointState p;
-  FactorAt(problem, state, inverse, true, nullptr, point, &p);
-  std::vector<LookCovariance> out;
-  for (int k = 0; k < p.factor.look_count; ++k) {
-    out.push_back(CovarianceAt(problem, inverse, k, &p));
-  }
   return out;
 }
 
@@ -383,109 +389,6 @@ std::vector<ControlQuality> ControlQualities(const AdjustmentProblem& problem,
   return out;
 }
 
-namespace {
-
-/// The equations of one point, [J_p | J_c | e] with the columns of J_c those of `blocks`.
-struct ResidualEquations {
-  std::vector<std::uint64_t> looks;
-  std::vector<int> blocks;  // parameter blocks, ascending
-  std::vector<int> column;  // of each within J_c
-  int columns = 0;          // of J_c
-  Eigen::MatrixXd a;
-};
-
-std::vector<WhitenedLook> EvaluateLooks(const AdjustmentProblem& problem,
-                                        const BlockState& state,
-                                        std::size_t point,
-                                        std::vector<std::uint64_t>* indices) {
-  std::vector<WhitenedLook> looks;
-  const auto& offsets = problem.block.looks.offsets;
-  for (std::uint64_t i = offsets[point]; i < offsets[point + 1]; ++i) {
-    if (problem.look_used[i] == 0) continue;
-    looks.emplace_back();
-    if (EvaluateWhitened(problem, state, {}, point, i, &looks.back())) {
-      indices->push_back(i);
-    } else {
-      looks.pop_back();
-    }
-  }
-  return looks;
-}
-
-void CollectBlocks(const ParameterLayout& layout,
-                   const std::vector<WhitenedLook>& looks,
-                   ResidualEquations* out) {
-  for (const WhitenedLook& look : looks) {
-    out->blocks.insert(out->blocks.end(),
-                       look.columns.block.begin(),
-                       look.columns.block.begin() + look.columns.block_count);
-  }
-  std::sort(out->blocks.begin(), out->blocks.end());
-  out->blocks.erase(std::unique(out->blocks.begin(), out->blocks.end()), out->blocks.end());
-  for (const int block : out->blocks) {
-    out->column.push_back(out->columns);
-    out->columns += layout.blocks[static_cast<std::size_t>(block)].size;
-  }
-}
-
-void AddLook(const WhitenedLook& look,
-             const ParameterLayout& layout,
-             Eigen::Index row,
-             ResidualEquations* out) {
-  out->a.block<2, 3>(row, 0) = look.d_point;
-  out->a.block<2, 1>(row, 3 + out->columns) = look.whitened_error;
-  std::size_t local = 0;
-  for (int b = 0; b < look.columns.block_count; ++b) {
-    const int block = look.columns.block[static_cast<std::size_t>(b)];
-    const auto at = std::lower_bound(out->blocks.begin(), out->blocks.end(), block);
-    const auto first = 3 + out->column[static_cast<std::size_t>(at - out->blocks.begin())];
-    for (int c = 0; c < layout.blocks[static_cast<std::size_t>(block)].size; ++c, ++local) {
-      out->a(row, first + c) = look.row[0][local];
-      out->a(row + 1, first + c) = look.row[1][local];
-    }
-  }
-}
-
-ResidualEquations EquationsOf(const AdjustmentProblem& problem,
-                              const BlockState& state,
-                              std::size_t point) {
-  ResidualEquations out;
-  const std::vector<WhitenedLook> looks = EvaluateLooks(problem, state, point, &out.looks);
-  CollectBlocks(problem.layout, looks, &out);
-  const ControlEquations* control =
-      problem.control_of[point] < 0
-          ? nullptr
-          : &problem.control[static_cast<std::size_t>(problem.control_of[point])];
-  const auto look_rows = static_cast<Eigen::Index>(2 * looks.size());
-  out.a.setZero(look_rows + (control == nullptr ? 0 : control->rows), 3 + out.columns + 1);
-  for (std::size_t k = 0; k < looks.size(); ++k) {
-    AddLook(looks[k], problem.layout, static_cast<Eigen::Index>(2 * k), &out);
-  }
-  if (control != nullptr) {
-    const ControlEvaluation at = EvaluateControl(
-        problem.block.frame, *control, state.start_m[point], state.displacement_m[point]);
-    out.a.bottomLeftCorner(control->rows, 3) = at.d_point.topRows(control->rows);
-    out.a.bottomRightCorner(control->rows, 1) = at.residual.head(control->rows);
-  }
-  return out;
-}
-
-/// C over the blocks of a point.
-Eigen::MatrixXd Gather(const BlockSymmetricMatrix& inverse, const ResidualEquations& equations) {
-  Eigen::MatrixXd c(equations.columns, equations.columns);
-  for (std::size_t i = 0; i < equations.blocks.size(); ++i) {
-    for (std::size_t j = 0; j <= i; ++j) {
-      const auto block = inverse.Block(equations.blocks[i], equations.blocks[j]);
-      const int ri = equations.column[i], rj = equations.column[j];
-      c.block(ri, rj, block.rows(), block.cols()) = block;
-      c.block(rj, ri, block.cols(), block.rows()) = block.transpose();
-    }
-  }
-  return c;
-}
-
-}  // namespace
-
 double PointResiduals::w(Eigen::Index i) const {
   const double r = q_vv(i, i);
   return r > kMinRedundancy ? v[i] / std::sqrt(r) : std::numeric_limits<double>::quiet_NaN();
@@ -493,75 +396,6 @@ double PointResiduals::w(Eigen::Index i) const {
 
 double PointResiduals::Correlation(Eigen::Index i, Eigen::Index k) const {
   return q_vv(i, k) / std::sqrt(q_vv(i, i) * q_vv(k, k));
-}
-
-PointResiduals ResidualsOfPoint(const AdjustmentProblem& problem,
-                                const BlockState& state,
-                                const CorrectionCovariance* inverse,
-                                std::size_t point) {
-  PointResiduals out;
-  ResidualEquations equations = EquationsOf(problem, state, point);
-  out.looks = equations.looks;
-  out.looks_of_point = out.looks.size();
-  Eigen::MatrixXd& a = equations.a;
-  const Eigen::Index m = a.rows(), columns = equations.columns;
-  out.control_rows = static_cast<int>(m) - 2 * static_cast<int>(out.looks.size());
-  out.v = a.col(3 + columns);
-  const dense::Orthogonal qr(a.leftCols(3));
-  const Eigen::MatrixXd q = qr.Q(m);
-  const Eigen::MatrixXd q2 = q.rightCols(m - 3);
-  const Eigen::Matrix3d r = qr.R();
-  out.q_vv = q2 * q2.transpose();
-  Eigen::MatrixXd gain = q.leftCols(3).transpose();
-  out.information = q.leftCols(3);
-  out.corrections_share.setZero(m);
-  if (inverse != nullptr && columns > 0) {
-    const Eigen::MatrixXd turned = q.transpose() * a.middleCols(3, columns);
-    const Eigen::MatrixXd c_b =
-        Gather(inverse->blocks, equations) * turned.bottomRows(m - 3).transpose();
-    const Eigen::MatrixXd shared = q2 * (turned.bottomRows(m - 3) * c_b) * q2.transpose();
-    out.q_vv -= shared;
-    out.corrections_share = shared.diagonal();
-    gain -= turned.topRows(3) * c_b * q2.transpose();
-  }
-  out.shift_m = r.triangularView<Eigen::Upper>().solve(gain);
-  return out;
-}
-
-PointResiduals ResidualsOfLook(const AdjustmentProblem& problem,
-                               const BlockState& state,
-                               const CorrectionCovariance* inverse,
-                               std::size_t point,
-                               std::uint64_t look) {
-  const std::vector<LookCovariance> looks = CovariancesOfLooks(problem, state, inverse, point);
-  const LookCovariance& at = *std::find_if(
-      looks.begin(), looks.end(), [look](const LookCovariance& of) { return of.look == look; });
-  PointResiduals out;
-  out.looks = {look};
-  out.looks_of_point = static_cast<std::size_t>(problem.CountLooks(point));
-  out.v = at.whitened_error;
-  out.q_vv = Eigen::Matrix2d::Identity() - at.adjusted_covariance;
-  out.information = at.information;
-  const Eigen::Matrix2d point_share = at.information * at.information.transpose();
-  out.corrections_share = (at.adjusted_covariance - point_share).diagonal();
-  out.shift_m = at.shift_m;
-  return out;
-}
-
-PointResiduals InformationOfPoint(const AdjustmentProblem& problem,
-                                  const BlockState& state,
-                                  std::size_t point) {
-  PointFactor factor;
-  FactorPoint(problem, state, {}, 0.0, point, &factor);
-  PointResiduals out;
-  for (int k = 0; k < factor.look_count; ++k) {
-    out.looks.push_back(factor.looks[static_cast<std::size_t>(k)].look);
-  }
-  out.looks_of_point = out.looks.size();
-  out.control_rows = factor.row_count - 2 * factor.look_count;
-  out.v = Eigen::Map<const Eigen::VectorXd>(factor.e.data(), factor.row_count);
-  out.information = Eigen::Map<const Eigen::MatrixX3d>(factor.q.data(), factor.row_count, 3);
-  return out;
 }
 
 namespace {
@@ -642,50 +476,6 @@ void WarnOfRounding(const AdjustmentProblem& problem,
            std::string(problem.block.points.ids[worst.point]) + ": one rounding is " + text.data() +
            " of the standard deviation; sigmas describe the weights, not the digits of the "
            "positions. Move the origin of coordinates or times nearer");
-}
-
-namespace {
-
-bool HasMeaning(const AdjustResult& result) {
-  return !result.parameters.empty() && !result.parameter_covariance.empty() &&
-         !result.points.covariance_m2.empty() && !result.variance_components;
-}
-
-}  // namespace
-
-std::vector<SymmetricEnu> FixedPathCovariances(const Block& block,
-                                               const std::vector<CorrectionGroup>& groups,
-                                               const AdjustResult& result) {
-  if (!HasMeaning(result)) return {};
-  AdjustmentProblem problem(block, groups, result.selection.simplified);
-  const auto parameters = static_cast<Eigen::Index>(result.parameters.size());
-  if (problem.layout.size() != parameters) return {};
-  BlockState state;
-  state.start_m = result.points.position_m;
-  state.displacement_m.assign(state.start_m.size(), Eigen::Vector3d::Zero());
-  state.corrections.resize(parameters);
-  for (Eigen::Index i = 0; i < parameters; ++i) {
-    state.corrections[i] = result.parameters[static_cast<std::size_t>(i)].value;
-  }
-  for (std::size_t point = 0; point < block.points.size(); ++point) {
-    problem.point_status[point] = result.points.status[point];
-    if (!IsSolved(result.points.status[point])) {
-      problem.LeaveOut(point, result.points.status[point], "");
-    }
-  }
-  const std::vector<std::uint8_t>& rejected = result.looks.rejected;
-  for (std::size_t look = 0; look < rejected.size() && look < block.looks.size(); ++look) {
-    if (rejected[look] != 0) problem.look_used[look] = 0;
-  }
-  if (result.snooping) {
-    for (const BlunderFinding& finding : result.snooping->findings) {
-      if (finding.action == BlunderFinding::Action::kControlReleased) {
-        problem.control_of[finding.point] = -1;
-      }
-    }
-  }
-  UpdateWeights(state, &problem);
-  return SweepPoints(problem, state, nullptr, false, nullptr).covariance_m2;
 }
 
 }  // namespace sarblock

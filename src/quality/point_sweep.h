@@ -34,37 +34,6 @@ namespace sarblock {
                                  const Eigen::Vector3d& p_m,
                                  const Eigen::Matrix3d& covariance_m2);
 
-/// What a sweep over the points at the solution answers. All of it comes from one evaluation of
-/// every look.
-struct PointSweep {
-  std::vector<SymmetricEnu> covariance_m2;  ///< by point; NaN where not solved
-  LookQuality quality;                      ///< empty unless asked for
-  std::vector<double> redundancy;           ///< by point, the sum over its looks; like quality
-};
-
-/// Covariance of every solved point in east-north-up at the point, exact marginals of the whole
-/// adjustment: with the factorisation of the point (normals/point.h) and T = Q' J_c
-///
-///     cov(p) = R^-1 (I + T C T') R^-T
-///
-/// C = S^-1 on the pattern of S (`inverse`), which has every block a point needs. Without
-/// corrections (`inverse` null) or for fixed flight paths: R^-1 R^-T.
-/// model.md, section 7; docs/theory/covariance.md, eqs. (22) to (24).
-///
-/// With `quality` the reliability of every look as well (docs/theory/quality.md), from the same
-/// products: the covariance of the adjusted look i is
-///
-///     a_i C a_i' = q_i (I + T C T') q_i' - 2 (j_i C T') q_i' + j_i C j_i'
-///
-/// in a form that keeps its digits where flight paths are weakly determined. Parallel over points.
-/// `kept`: factors of the same state and weights, which give the same result to the bit.
-[[nodiscard]] PointSweep SweepPoints(const AdjustmentProblem& problem,
-                                     const BlockState& state,
-                                     const CorrectionCovariance* inverse,
-                                     bool quality,
-                                     ProgressSink* progress,
-                                     const KeptFactors* kept = nullptr);
-
 /// One look at the solution, its two components in units of their standard deviations.
 struct LookCovariance {
   std::size_t look = 0;
@@ -73,18 +42,6 @@ struct LookCovariance {
   Eigen::Matrix2d adjusted_covariance;      ///< covariance of the adjusted look
   Eigen::Matrix<double, 3, 2> shift_m;      ///< of the point by one sigma in each
 };
-
-/// The figures of SweepPoints of the looks of a point that takes part, in their order.
-[[nodiscard]] std::vector<LookCovariance> CovariancesOfLooks(const AdjustmentProblem& problem,
-                                                             const BlockState& state,
-                                                             const CorrectionCovariance* inverse,
-                                                             std::size_t point);
-
-/// Reliability of the fixed components of control points, from their covariances.
-[[nodiscard]] std::vector<ControlQuality> ControlQualities(
-    const AdjustmentProblem& problem,
-    const BlockState& state,
-    const std::vector<SymmetricEnu>& covariance_m2);
 
 /// Residuals of one point in the measured components, each in units of its standard deviation, and
 /// their exact covariance in the whole adjustment: range and azimuth of every look, in the order of
@@ -95,12 +52,10 @@ struct LookCovariance {
 struct PointResiduals {
   std::vector<std::uint64_t> looks;
   std::size_t looks_of_point = 0;  ///< that take part
-  int control_rows = 0;
   Eigen::VectorXd v;
   Eigen::MatrixXd q_vv;
-  /// What the corrections, and so other points, take of each residual: the diagonal of
-  /// Q2 B C B' Q2'.
-  Eigen::VectorXd corrections_share;
+  /// What the corrections, and so other points, take of the residuals: Q2 B C B' Q2'.
+  Eigen::MatrixXd corrections_share;
   /// Q1: what each observation adds to the information on the point, corrections fixed; the rows'
   /// squares add to I.
   Eigen::MatrixX3d information;
@@ -114,24 +69,115 @@ struct PointResiduals {
   [[nodiscard]] double Correlation(Eigen::Index i, Eigen::Index k) const;
 };
 
-/// `inverse` is that of the system at this state; null without corrections. A point that takes part
-/// and is none of its bordered ones.
-[[nodiscard]] PointResiduals ResidualsOfPoint(const AdjustmentProblem& problem,
-                                              const BlockState& state,
-                                              const CorrectionCovariance* inverse,
-                                              std::size_t point);
+/// One point at the solution, its equations evaluated and factored once (normals/point.h): all that
+/// is asked of them. Storage is reused from point to point.
+class PointLinearization {
+ public:
+  template <int Rows>
+  using RowMajor = Eigen::Matrix<double, Rows, Eigen::Dynamic, Eigen::RowMajor>;
+  using Complements =
+      Eigen::Map<const RowMajor<Eigen::Dynamic>, Eigen::Unaligned, Eigen::OuterStride<>>;
 
-/// The same of one look, where a point has too many for all of them (CorrectionCovariance).
-[[nodiscard]] PointResiduals ResidualsOfLook(const AdjustmentProblem& problem,
-                                             const BlockState& state,
-                                             const CorrectionCovariance* inverse,
-                                             std::size_t point,
-                                             std::uint64_t look);
+  /// `inverse`: C of the system at this state; null without corrections or for fixed flight paths.
+  /// Without `quality` only covariances and Information() are asked for. `kept`: factors of the
+  /// same state and weights, which give the same results to the bit.
+  PointLinearization(const AdjustmentProblem& problem,
+                     const BlockState& state,
+                     const CorrectionCovariance* inverse,
+                     bool quality = true,
+                     const KeptFactors* kept = nullptr);
 
-/// Looks, residuals and information of a point, the rest empty: without the square of its rows.
-[[nodiscard]] PointResiduals InformationOfPoint(const AdjustmentProblem& problem,
-                                                const BlockState& state,
-                                                std::size_t point);
+  /// Goes to a point that takes part.
+  PointLinearization& At(std::size_t point);
+
+  /// With the factorisation of the point and T = Q' J_c, frame axes [m2]:
+  ///
+  ///     cov(p) = R^-1 (I + T C T') R^-T
+  ///
+  /// docs/theory/covariance.md, eqs. (22) to (24).
+  [[nodiscard]] Eigen::Matrix3d Covariance() const {
+    return r_inverse_ * core_ * r_inverse_.transpose();
+  }
+  /// R^-1 R^-T: what the noise of its own looks and its control leaves, were the corrections known.
+  [[nodiscard]] Eigen::Matrix3d FixedPathCovariance() const {
+    return r_inverse_ * r_inverse_.transpose();
+  }
+  /// The k-th of its looks.
+  [[nodiscard]] LookCovariance Look(int k);
+  /// Not of a point of the border, which has too many rows for pairs of them (ResidualsOf).
+  [[nodiscard]] PointResiduals Residuals();
+  /// Those of one of its looks alone.
+  [[nodiscard]] PointResiduals ResidualsOf(std::uint64_t look);
+  /// Looks, residuals and information, the rest empty: without the square of its rows.
+  [[nodiscard]] PointResiduals Information() const;
+
+  [[nodiscard]] const PointFactor& factor() const { return factor_; }
+  [[nodiscard]] const PointColumns& columns() const { return terms_.columns; }
+  /// (I - Q Q') J_c over these columns, row by row; with corrections.
+  [[nodiscard]] Complements Complement();
+
+ private:
+  /// A Y' and A C A' of rows A over the corrections.
+  template <int Rows>
+  struct Products {
+    Eigen::Matrix<double, Rows, 3> with_point;
+    Eigen::Matrix<double, Rows, Rows> own;
+  };
+
+  void GatherBorder();
+  void MultiplyByInverse();
+  [[nodiscard]] Products<2> ProductsOf(const WhitenedLook& look) const;
+  template <int Rows>
+  [[nodiscard]] Products<Rows> ComplementProducts(int first, int rows);
+
+  const AdjustmentProblem& problem_;
+  const BlockState& state_;
+  const CorrectionCovariance* inverse_;
+  bool quality_;
+  const KeptFactors* kept_;
+  PointFactor factor_;
+  PointTerms terms_;
+  const double* t_ = nullptr;  // T, 3 x width, row by row
+  std::vector<double> y_;      // Y = T C, 3 x width, row by row
+  int border_row_ = -1;        // CorrectionCovariance::t_c
+  Eigen::Matrix3d r_inverse_ = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d core_ = Eigen::Matrix3d::Identity();  // I + T C T'
+  bool complement_formed_ = false;
+};
+
+/// What a sweep over the points at the solution answers. All of it comes from one evaluation of
+/// every look.
+struct PointSweep {
+  std::vector<SymmetricEnu> covariance_m2;  ///< by point; NaN where not solved
+  LookQuality quality;                      ///< empty unless asked for
+  /// By point, were the corrections known exactly; like quality.
+  std::vector<SymmetricEnu> fixed_path_covariance_m2;
+  std::vector<double> redundancy;  ///< by point, the sum over its looks; like quality
+};
+
+/// Covariance of every solved point in east-north-up at the point, exact marginals of the whole
+/// adjustment. C = S^-1 on the pattern of S (`inverse`) has every block a point needs. Without
+/// corrections (`inverse` null) or for fixed flight paths: R^-1 R^-T.
+///
+/// With `quality` the reliability of every look as well (docs/theory/quality.md), from the same
+/// products: the covariance of the adjusted look i is
+///
+///     a_i C a_i' = q_i (I + T C T') q_i' - 2 (j_i C T') q_i' + j_i C j_i'
+///
+/// in a form that keeps its digits where flight paths are weakly determined. Parallel over points.
+/// `kept`: as of PointLinearization.
+[[nodiscard]] PointSweep SweepPoints(const AdjustmentProblem& problem,
+                                     const BlockState& state,
+                                     const CorrectionCovariance* inverse,
+                                     bool quality,
+                                     ProgressSink* progress,
+                                     const KeptFactors* kept = nullptr);
+
+/// Reliability of the fixed components of control points, from their covariances.
+[[nodiscard]] std::vector<ControlQuality> ControlQualities(
+    const AdjustmentProblem& problem,
+    const BlockState& state,
+    const std::vector<SymmetricEnu>& covariance_m2);
 
 /// Warns of looks that are weighted finer than double precision carries coordinates: one rounding
 /// of the largest coordinate behind an equation (point, antenna, range; with a time bias the way
@@ -141,17 +187,5 @@ struct PointResiduals {
 void WarnOfRounding(const AdjustmentProblem& problem,
                     const BlockState& state,
                     AdjustResult* result);
-
-/// Covariance that every point would have if the corrections were known exactly: what the noise of
-/// its own looks (and its control) leaves, R^-1 R^-T of docs/theory/covariance.md, eq. (22), at the
-/// solution of `result`. What the point's covariance holds beyond it comes from the flight paths.
-/// East, north, up; NaN where a point is not solved. Not scaled by the posterior factor.
-///
-/// Empty where that split has no meaning or no use: without corrections, without a covariance of
-/// the whole adjustment and with estimated variance components (the weights of `block` are not
-/// those of the result). It has none either with an inner datum, which takes out motions that
-/// points and paths share. `groups` are the correction groups that the result was made with.
-[[nodiscard]] std::vector<SymmetricEnu> FixedPathCovariances(
-    const Block& block, const std::vector<CorrectionGroup>& groups, const AdjustResult& result);
 
 }  // namespace sarblock

@@ -205,6 +205,11 @@ PointPairs WantedPairs(const AdjustmentProblem& problem,
   return listed;
 }
 
+/// An inner datum takes out motions that points and paths share: nothing is left to hold.
+bool HasFixedPaths(const AdjustmentProblem& problem, const AdjustOptions& options) {
+  return problem.layout.size() > 0 && options.datum == Datum::kGiven;
+}
+
 void FillCovarianceByCeres(const AdjustmentProblem& problem,
                            const BlockState& state,
                            const AdjustOptions& options,
@@ -215,6 +220,10 @@ void FillCovarianceByCeres(const AdjustmentProblem& problem,
   result->points.covariance_m2 = std::move(found.points);
   result->pairs = std::move(found.pairs);
   result->parameter_covariance = std::move(found.parameters);
+  if (HasFixedPaths(problem, options)) {
+    result->points.fixed_path_covariance_m2 =
+        SweepPoints(problem, state, nullptr, false, nullptr).covariance_m2;
+  }
   for (const ParameterCovariance& c : result->parameter_covariance) {
     if (c.a == c.b) result->parameters[c.a].sigma = std::sqrt(c.covariance);
   }
@@ -270,6 +279,9 @@ void FillCovariance(const AdjustmentProblem& problem,
     result->control_quality = ControlQualities(problem, state, sweep.covariance_m2);
     result->points.covariance_m2 = std::move(sweep.covariance_m2);
     result->points.redundancy = std::move(sweep.redundancy);
+    if (block_level && HasFixedPaths(problem, options)) {
+      result->points.fixed_path_covariance_m2 = std::move(sweep.fixed_path_covariance_m2);
+    }
     result->quality = std::move(sweep.quality);
   }
   if (options.pairs == PairChoice::kNone) return;

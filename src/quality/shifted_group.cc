@@ -553,12 +553,10 @@ void LeaveOutPointsOfGroup(const std::vector<std::uint64_t>& group, AdjustmentPr
   for (const std::uint64_t look : group) {
     const std::size_t point = problem->block.looks.PointOf(look);
     if (!problem->Solves(point)) continue;
-    const std::int32_t control = problem->control_of[point];
-    const int rows = control < 0 ? 0 : problem->control[static_cast<std::size_t>(control)].rows;
-    const int looks = problem->CountLooks(point);
-    if (looks > 0 && 2 * looks + rows >= 3) continue;
+    const std::optional<PointStatus> lacks = problem->LacksEquations(point);
+    if (!lacks) continue;
     problem->LeaveOut(point,
-                      looks == 0 ? PointStatus::kNotSeen : PointStatus::kTooFewLooks,
+                      *lacks,
                       "too few looks were left: that of pass " +
                           problem->block.passes[problem->block.looks.pass[look]].id +
                           " is off like others of the pass");

@@ -53,33 +53,10 @@ struct Partial {
   std::vector<Eigen::MatrixXd> normals;  // M_k = B' E_k B, over all corrections
 };
 
-/// Everything about one point; storage reused from point to point.
-struct GroupedPoint {
-  PointFactor factor;
-  PointColumns columns;
-  std::vector<int> component;  // by row, -1 for control
-};
-
-using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-/// C over the parameter blocks of a point.
-Eigen::MatrixXd BlocksOf(const BlockSymmetricMatrix& inverse, const PointColumns& columns) {
-  Eigen::MatrixXd c(columns.width, columns.width);
-  for (std::size_t i = 0; i < columns.blocks.size(); ++i) {
-    for (std::size_t j = 0; j <= i; ++j) {
-      const auto block = inverse.Block(columns.blocks[i], columns.blocks[j]);
-      const int ri = columns.begin[i], rj = columns.begin[j];
-      c.block(ri, rj, block.rows(), block.cols()) = block;
-      c.block(rj, ri, block.cols(), block.rows()) = block.transpose();
-    }
-  }
-  return c;
-}
-
 /// normals += b' b of one row over the blocks of its point.
 void AddNormals(const AdjustmentProblem& problem,
                 const PointColumns& columns,
-                const Eigen::RowVectorXd& b,
+                const Eigen::Ref<const Eigen::RowVectorXd>& b,
                 Eigen::MatrixXd* normals) {
   for (std::size_t i = 0; i < columns.blocks.size(); ++i) {
     const ParameterBlock& bi = problem.layout.blocks[static_cast<std::size_t>(columns.blocks[i])];
@@ -91,46 +68,37 @@ void AddNormals(const AdjustmentProblem& problem,
   }
 }
 
-void AddPoint(const Sweep& sweep, std::size_t point, GroupedPoint* at, Partial* out) {
-  const PointFactor& factor = at->factor;
-  FactorPoint(sweep.problem, sweep.state, {}, 0.0, point, &at->factor);
-  const Eigen::Index m = factor.row_count;
-  at->component.clear();
-  for (int k = 0; k < factor.look_count; ++k) {
-    const std::size_t look = factor.looks[static_cast<std::size_t>(k)].look;
+void AddPoint(const Sweep& sweep, std::size_t point, PointLinearization* at, Partial* out) {
+  const PointResiduals residuals = at->At(point).Residuals();
+  std::vector<int> component;  // by row, -1 for control
+  for (const std::uint64_t look : residuals.looks) {
     for (const int c : sweep.component_of[sweep.problem.block.looks.pass[look]]) {
-      at->component.push_back(c);
+      component.push_back(c);
     }
   }
-  at->component.resize(static_cast<std::size_t>(m), -1);
-  Eigen::MatrixXd q = Eigen::Map<const Eigen::MatrixXd>(factor.q.data(), m, 3);
-  Eigen::MatrixXd v = Eigen::Map<const Eigen::VectorXd>(factor.e.data(), m);
-  // R = P - B C B' within the point; P projects on what the point leaves open, B = P J_c.
-  const Eigen::MatrixXd p = Eigen::MatrixXd::Identity(m, m) - q * q.transpose();
-  Eigen::MatrixXd shared = Eigen::MatrixXd::Zero(m, m), b;
-  if (sweep.inverse) {
-    ProjectColumns(sweep.problem, factor, &at->columns);
-    Complement(sweep.problem, factor, &at->columns);
-    const Eigen::Index n = at->columns.width;
-    b = Eigen::Map<const RowMajor>(at->columns.m.data(), m, n + 1).leftCols(n);
-    shared = b * BlocksOf(sweep.inverse->blocks, at->columns) * b.transpose();
-  }
+  const Eigen::Index m = residuals.size();
+  component.resize(static_cast<std::size_t>(m), -1);
+  const Eigen::MatrixXd& r = residuals.q_vv;
+  const Eigen::MatrixXd& shared = residuals.corrections_share;
   VarianceSums& sums = out->sums;
   for (Eigen::Index i = 0; i < m; ++i) {
-    const int k = at->component[static_cast<std::size_t>(i)];
+    const int k = component[static_cast<std::size_t>(i)];
     if (k < 0) continue;
     ++sums.looks[static_cast<std::size_t>(k)];
-    sums.square[k] += v(i, 0) * v(i, 0);
-    sums.redundancy[k] += p(i, i) - shared(i, i);
+    sums.square[k] += residuals.v[i] * residuals.v[i];
+    sums.redundancy[k] += r(i, i);
     for (Eigen::Index j = 0; j < m; ++j) {
-      const int l = at->component[static_cast<std::size_t>(j)];
+      const int l = component[static_cast<std::size_t>(j)];
       if (l < 0) continue;
-      // The square of `shared` is a part of the sum over all pairs of points, added at the end.
-      sums.helmert(k, l) += sweep.couples ? p(i, j) * (p(i, j) - 2.0 * shared(i, j))
-                                          : (p(i, j) - shared(i, j)) * (p(i, j) - shared(i, j));
+      sums.helmert(k, l) += r(i, j) * r(i, j);
+      // This square is a part of the sum over all pairs of points, added at the end.
+      if (sweep.couples) sums.helmert(k, l) -= shared(i, j) * shared(i, j);
     }
     if (sweep.couples) {
-      AddNormals(sweep.problem, at->columns, b.row(i), &out->normals[static_cast<std::size_t>(k)]);
+      AddNormals(sweep.problem,
+                 at->columns(),
+                 at->Complement().row(i),
+                 &out->normals[static_cast<std::size_t>(k)]);
     }
   }
 }
@@ -175,28 +143,27 @@ struct ComponentSums {
 /// over i of component k and j of l. The square of s within the point is in M where points are
 /// coupled; else it is left out with the rest of the coupling.
 void AddBorderedPoint(
-    const Sweep& sweep, std::size_t point, int row, GroupedPoint* at, Partial* out) {
+    const Sweep& sweep, std::size_t point, int row, PointLinearization* at, Partial* out) {
   const AdjustmentProblem& problem = sweep.problem;
   const ParameterLayout& layout = problem.layout;
   const Eigen::Index n = layout.size();
-  FactorPoint(problem, sweep.state, {}, 0.0, point, &at->factor);
-  const std::vector<LookCovariance> looks =
-      CovariancesOfLooks(problem, sweep.state, &*sweep.inverse, point);
+  at->At(point);
   const Eigen::MatrixXd t = sweep.system.matrix().border.Rows(row, 3);
   std::vector<ComponentSums> of(sweep.components);
   for (ComponentSums& component : of) component.h.setZero(3, n);
   VarianceSums& sums = out->sums;
-  for (std::size_t k = 0; k < looks.size(); ++k) {
-    const WhitenedLook& look = at->factor.looks[k];
+  for (int number = 0; number < at->factor().look_count; ++number) {
+    const WhitenedLook& look = at->factor().looks[static_cast<std::size_t>(number)];
+    const LookCovariance figures = at->Look(number);
     const std::array<int, 2>& components = sweep.component_of[problem.block.looks.pass[look.look]];
     for (std::size_t axis = 0; axis < 2; ++axis) {
       const int c = components[axis];
       if (c < 0) continue;
       const auto i = static_cast<Eigen::Index>(axis);
       ComponentSums& component = of[static_cast<std::size_t>(c)];
-      const Eigen::RowVector3d q = looks[k].information.row(i);
+      const Eigen::RowVector3d q = figures.information.row(i);
       const double point_share = q.squaredNorm(),
-                   corrections_share = looks[k].adjusted_covariance(i, i) - point_share;
+                   corrections_share = figures.adjusted_covariance(i, i) - point_share;
       ++component.rows;
       ++sums.looks[static_cast<std::size_t>(c)];
       sums.square[c] += look.whitened_error[i] * look.whitened_error[i];
@@ -264,11 +231,12 @@ VarianceSums SumVariances(const AdjustmentProblem& problem,
   const auto border_row_of = [&](std::size_t point) {
     return sweep.inverse ? sweep.inverse->bordered.RowOf(point) : -1;
   };
+  const CorrectionCovariance* const inverse = sweep.inverse ? &*sweep.inverse : nullptr;
   std::vector<std::optional<Partial>> parts(partials);
   const std::size_t per_part = (points + partials - 1) / partials;
   ParallelForChunks(points, per_part, [&](std::size_t part, std::size_t begin, std::size_t end) {
     Partial& out = parts[part].emplace(sweep);
-    GroupedPoint at;
+    PointLinearization at(problem, state, inverse);
     for (std::size_t point = begin; point < end; ++point) {
       if (!problem.Solves(point)) continue;
       if (border_row_of(point) < 0) AddPoint(sweep, point, &at, &out);
@@ -284,7 +252,7 @@ VarianceSums SumVariances(const AdjustmentProblem& problem,
     for (std::size_t k = 0; k < total.normals.size(); ++k) total.normals[k] += part->normals[k];
   }
   // A few points with many looks each, which solve: not within a loop (SolveEach).
-  GroupedPoint at;
+  PointLinearization at(problem, state, inverse);
   for (std::size_t point = 0; point < points; ++point) {
     const int row = problem.Solves(point) ? border_row_of(point) : -1;
     if (row >= 0) AddBorderedPoint(sweep, point, row, &at, &total);

@@ -99,7 +99,7 @@ struct DesignFile {
 /// One task a case: the scene's block as planned is predicted with Predict(). Along and across are
 /// by the track of the first pass that sees a point, level; points counted are those that are
 /// solved and not control. The part of the paths is what a covariance holds beyond that with paths
-/// known exactly (FixedPathCovariances); empty without corrections. Verified cases are drawn and
+/// known exactly (PointLinearization); empty without corrections. Verified cases are drawn and
 /// adjusted (Verify), errors counted along, across and up. A block that cannot be made or
 /// determined gives a row with determined 0 and the reason as message. `study` must outlive the
 /// plan.

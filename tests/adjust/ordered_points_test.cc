@@ -130,7 +130,7 @@ void ExpectTheSame(const AdjustResult& a, const AdjustResult& b) {
 
 AdjustResult AdjustUnordered(const test::SceneBlock& made, const PointPairs& pairs = {}) {
   AdjustResult result = AdjustGiven(made.block, made.options, {}, pairs, nullptr, nullptr);
-  DescribePaths(made.block, made.block, made.options, &result);
+  DescribePaths(made.block, made.options, &result);
   return result;
 }
 

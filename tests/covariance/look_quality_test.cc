@@ -114,7 +114,7 @@ TEST(LookQualityTest, TheSweepIsTheDiagonalOfTheResidualCovariance) {
     const CorrectionCovariance inverse = system.SelectedInverse();
     const PointSweep sweep = SweepPoints(problem, state, &inverse, true, nullptr);
     for (std::size_t point = 0; point < known.block.points.size(); ++point) {
-      const PointResiduals at = ResidualsOfPoint(problem, state, &inverse, point);
+      const PointResiduals at = PointLinearization(problem, state, &inverse).At(point).Residuals();
       for (std::size_t i = 0; i < 2 * at.looks.size(); ++i) {
         const auto row = static_cast<Eigen::Index>(i);
         const std::uint64_t look = at.looks[i / 2];

@@ -298,30 +298,10 @@ TEST_F(ResultFilesTest, AdjustedPathsNameTheCorrectionsOfTheirPassAlone) {
   EXPECT_GT(seen, 1U);
 }
 
-TEST_F(ResultFilesTest, TheSummaryHasTheKeysOfTheContract) {
+TEST_F(ResultFilesTest, TheSummaryIsReturnedAndSaysWhatWasAdjusted) {
   const std::string text = files::WriteResult(folder_, block_, options_, result_, context_);
   EXPECT_EQ(text, Content(folder_ / "summary.json"));
   const json summary = json::parse(text);
-  for (const char* key : {"format",
-                          "version",
-                          "block",
-                          "status",
-                          "accepted",
-                          "counts",
-                          "iterations",
-                          "initial_cost",
-                          "final_cost",
-                          "gradient",
-                          "sigma0_squared",
-                          "chi_square",
-                          "groups",
-                          "covariance",
-                          "condition",
-                          "stages",
-                          "warnings",
-                          "configuration"}) {
-    EXPECT_TRUE(summary.contains(key)) << key;
-  }
   EXPECT_EQ(summary["block"], "tiny");
   EXPECT_EQ(summary["status"], "converged");
   const json& counts = summary["counts"];

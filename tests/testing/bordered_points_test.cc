@@ -160,16 +160,18 @@ TEST_P(BorderedVariancesTest, AreThoseOfThePointsEliminated) {
 TEST_P(BorderedPointsTest, GiveOneLookTheResidualsOfTheWholePoint) {
   const CorrectionCovariance bordered = border_->SelectedInverse();
   const CorrectionCovariance full = eliminated_->SelectedInverse();
-  const PointResiduals all = ResidualsOfPoint(problem_, state_, &full, 1);
-  const PointResiduals information = InformationOfPoint(problem_, state_, 1);
+  const PointResiduals all = PointLinearization(problem_, state_, &full).At(1).Residuals();
+  const PointResiduals information =
+      PointLinearization(problem_, state_, nullptr).At(1).Information();
   ASSERT_EQ(information.looks, all.looks);
   for (const std::size_t k : {std::size_t{0}, std::size_t{271}, kPasses - 1}) {
     const auto row = static_cast<Eigen::Index>(2 * k);
-    const PointResiduals one = ResidualsOfLook(problem_, state_, &bordered, 1, all.looks[k]);
+    const PointResiduals one =
+        PointLinearization(problem_, state_, &bordered).At(1).ResidualsOf(all.looks[k]);
     EXPECT_EQ(one.looks_of_point, kPasses);
     EXPECT_LT((one.v - all.v.segment<2>(row)).norm(), 1e-12 * all.v.norm());
     EXPECT_LT((one.q_vv - all.q_vv.block<2, 2>(row, row)).norm(), 1e-10);
-    EXPECT_LT((one.corrections_share - all.corrections_share.segment<2>(row)).norm(), 1e-10);
+    EXPECT_LT((one.corrections_share - all.corrections_share.block<2, 2>(row, row)).norm(), 1e-10);
     EXPECT_LT((one.shift_m - all.shift_m.middleCols<2>(row)).norm(), 1e-10);
     // Q of two factorisations differs by a rotation; what the rows say of the point does not.
     const auto rows = information.information.middleRows<2>(row);

@@ -92,7 +92,8 @@ void ExpectDense(const test::BlockPlan& plan) {
   const CorrectionCovariance inverse = system.SelectedInverse();
   Eigen::Index row = 0;
   for (std::size_t point = 0; point < known.block.points.size(); ++point) {
-    const PointResiduals residuals = ResidualsOfPoint(at.problem, at.state, &inverse, point);
+    const PointResiduals residuals =
+        PointLinearization(at.problem, at.state, &inverse).At(point).Residuals();
     const Eigen::Index m = residuals.size();
     Eigen::MatrixXd turn = Eigen::MatrixXd::Identity(m, m);
     for (std::size_t k = 0; k < residuals.looks.size(); ++k) {
@@ -137,7 +138,8 @@ TEST(ResidualCovarianceTest, TwoLooksHaveOneTest) {
   FactorRegular(&system);
   const CorrectionCovariance inverse = system.SelectedInverse();
   for (std::size_t point = 0; point < known.block.points.size(); ++point) {
-    const PointResiduals residuals = ResidualsOfPoint(at.problem, at.state, &inverse, point);
+    const PointResiduals residuals =
+        PointLinearization(at.problem, at.state, &inverse).At(point).Residuals();
     ASSERT_EQ(residuals.size(), 4);
     for (Eigen::Index i = 1; i < 4; ++i) {
       ASSERT_GT(residuals.q_vv(i, i), 1e-9);

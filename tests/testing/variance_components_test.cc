@@ -123,8 +123,8 @@ TEST(VarianceSumsTest, AgreeWithTheDenseResidualMatrix) {
 }
 
 // Two routes: with the standard deviations that were estimated given from the start, the same
-// blunders are detectable and move their points as far.
-TEST(VarianceComponentsTest, GiveTheBlundersThatTheirStandardDeviationsGive) {
+// blunders are detectable and move their points as far, and looks alone leave the points the same.
+TEST(VarianceComponentsTest, GiveWhatTheirStandardDeviationsGive) {
   test::KnownBlock known = BlockOfGroups(test::AircraftPlan(), 7, 40);
   Tell(3.0, 0.5, &known.block);
   AdjustOptions options = ConstantsOf();
@@ -146,6 +146,9 @@ TEST(VarianceComponentsTest, GiveTheBlundersThatTheirStandardDeviationsGive) {
         EXPECT_NEAR(one.influence_m, two.influence_m, 1e-5 * two.influence_m);
       }
     }
+    const SymmetricEnu& one_m2 = estimated.points.fixed_path_covariance_m2[point];
+    const SymmetricEnu& two_m2 = given.points.fixed_path_covariance_m2[point];
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(one_m2[k], two_m2[k], 1e-5 * two_m2[k]);
   }
 }
 

@@ -359,7 +359,8 @@ struct PointResults {
   std::vector<std::uint32_t> looks;         ///< looks that count (not rejected)
   std::vector<Eigen::Vector3d> position_m;  ///< frame axes; NaN where not solved
   std::vector<SymmetricEnu> covariance_m2;  ///< empty at level `none`; NaN where not solved
-  /// With the corrections known exactly (quality/point_sweep.h); empty without that split.
+  /// With the corrections known exactly (quality/point_sweep.h); empty without corrections and with
+  /// an inner datum.
   std::vector<SymmetricEnu> fixed_path_covariance_m2;
   std::vector<double> intersection_rad;  ///< largest intersection angle; NaN below two looks
   std::vector<double> redundancy;        ///< of the point's looks; empty where not computed
@@ -372,6 +373,13 @@ struct PointResults {
   /// Direction of across, clockwise from north.
   std::vector<double> leberl_across_azimuth_rad;
 };
+/// Its columns of numbers that only a covariance gives, for what treats them alike.
+inline constexpr std::array kAccuracyFigures{&PointResults::redundancy,
+                                             &PointResults::sigma_leberl_across_m,
+                                             &PointResults::sigma_leberl_up_m,
+                                             &PointResults::sigma_leberl_path_across_m,
+                                             &PointResults::sigma_leberl_path_up_m,
+                                             &PointResults::leberl_across_azimuth_rad};
 
 /// One estimated correction parameter.
 struct ParameterResult {

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from ._tables import FlagArray, FloatArray, IndexArray, TextArray, kept
+from ._tables import FlagArray, FloatArray, IndexArray, Part, TextArray, column, kept
 from .block import ROLES, point_of_look
 
 _STATUS = np.array(
@@ -17,20 +17,15 @@ _STATUS = np.array(
 _REASONS = np.array(["", "given", "no-value", "robust", "blunder", "suspect"])
 
 
-class ResultPoints:
+class ResultPoints(Part[_core.Result]):
     """Points of a result, in the order of the block's."""
 
-    def __init__(self, core: _core.Result) -> None:
-        self._core = core
+    _group = "points"
 
     def __len__(self) -> int:
         return len(self.position_m)
 
-    @kept
-    def ids(self) -> TextArray:
-        """Names, (points,)."""
-        ids: TextArray = self._core.array("points.ids")
-        return ids
+    ids = column[TextArray]("Names, (points,).")
 
     @kept
     def role(self) -> TextArray:
@@ -51,79 +46,43 @@ class ResultPoints:
         solved: FlagArray = self._core.array("points.status") <= 2
         return solved
 
-    @kept
-    def reason(self) -> TextArray:
-        """Why a point was not solved, else empty, (points,)."""
-        reason: TextArray = self._core.array("points.reason")
-        return reason
-
-    @kept
-    def looks(self) -> IndexArray:
-        """Number of looks that count, (points,)."""
-        looks: IndexArray = self._core.array("points.looks")
-        return looks
-
-    @kept
-    def position_m(self) -> FloatArray:
-        """Positions [m], (points, 3), frame axes; nan where not solved."""
-        position: FloatArray = self._core.array("points.position_m")
-        return position
+    reason = column[TextArray]("Why a point was not solved, else empty, (points,).")
+    looks = column[IndexArray]("Number of looks that count, (points,).")
+    position_m = column[FloatArray]("Positions [m], (points, 3), frame axes; nan where not solved.")
 
     @kept
     def geodetic(self) -> FloatArray:
         """Latitude [rad], longitude [rad] and height [m], (points, 3); geocentric frames only."""
         return self._core.geodetic()
 
-    @kept
-    def covariance_enu_m2(self) -> FloatArray:
-        """Covariances [m2], east, north, up, (points, 3, 3); nan where there is none."""
-        return self._covariance("points.covariance_enu_m2")
-
-    @kept
-    def fixed_path_covariance_enu_m2(self) -> FloatArray:
-        """The same, had the corrections been known exactly [m2], (points, 3, 3); nan without it."""
-        return self._covariance("points.fixed_path_covariance_enu_m2")
+    covariance_enu_m2 = column[FloatArray](
+        "Covariances [m2], east, north, up, (points, 3, 3); nan where there is none.", shape=(3, 3)
+    )
+    fixed_path_covariance_enu_m2 = column[FloatArray](
+        "The same, had the corrections been known exactly [m2], (points, 3, 3); nan without it.", shape=(3, 3)
+    )
 
     @kept
     def sigma_enu_m(self) -> FloatArray:
         """Standard deviations [m], east, north, up, (points, 3)."""
         return np.sqrt(np.diagonal(self.covariance_enu_m2, axis1=1, axis2=2))
 
-    @kept
-    def intersection_rad(self) -> FloatArray:
-        """Largest intersection angle [rad], (points,); nan below two looks."""
-        return self._numbers("points.intersection_rad")
-
-    @kept
-    def redundancy_1(self) -> FloatArray:
-        """Redundancy of the point's looks, (points,); nan where it was not computed."""
-        return self._numbers("points.redundancy_1")
-
-    @kept
-    def sigma_leberl_across_m(self) -> FloatArray:
+    intersection_rad = column[FloatArray]("Largest intersection angle [rad], (points,); nan below two looks.")
+    redundancy_1 = column[FloatArray](
+        "Redundancy of the point's looks, (points,); nan where it was not computed."
+    )
+    sigma_leberl_across_m = column[FloatArray](
         """Across-track standard deviation [m] by range noise after Leberl (1979), Eq. 25, for the
         best pair of looks, (points,); nan where the paper does not apply."""
-        return self._numbers("points.sigma_leberl_across_m")
-
-    @kept
-    def sigma_leberl_up_m(self) -> FloatArray:
-        """The same of the height [m], (points,)."""
-        return self._numbers("points.sigma_leberl_up_m")
-
-    @kept
-    def sigma_leberl_path_across_m(self) -> FloatArray:
-        """Across-track standard deviation [m] by the priors of corrections, Eq. 14, (points,)."""
-        return self._numbers("points.sigma_leberl_path_across_m")
-
-    @kept
-    def sigma_leberl_path_up_m(self) -> FloatArray:
-        """The same of the height [m], Eq. 15, (points,)."""
-        return self._numbers("points.sigma_leberl_path_up_m")
-
-    @kept
-    def leberl_across_azimuth_rad(self) -> FloatArray:
-        """Direction of across, clockwise from north [rad], (points,)."""
-        return self._numbers("points.leberl_across_azimuth_rad")
+    )
+    sigma_leberl_up_m = column[FloatArray]("The same of the height [m], (points,).")
+    sigma_leberl_path_across_m = column[FloatArray](
+        "Across-track standard deviation [m] by the priors of corrections, Eq. 14, (points,)."
+    )
+    sigma_leberl_path_up_m = column[FloatArray]("The same of the height [m], Eq. 15, (points,).")
+    leberl_across_azimuth_rad = column[FloatArray](
+        "Direction of across, clockwise from north [rad], (points,)."
+    )
 
     def ellipses(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Horizontal error ellipses at one sigma: semi-axes [m], large and small, and the azimuth
@@ -143,60 +102,28 @@ class ResultPoints:
     def _index(self) -> dict[str, int]:
         return {str(name): index for index, name in enumerate(self.ids)}
 
-    def _covariance(self, name: str) -> FloatArray:
-        covariance: Optional[FloatArray] = self._core.array(name)
-        return np.full((len(self), 3, 3), np.nan) if covariance is None else covariance
 
-    def _numbers(self, name: str) -> FloatArray:
-        numbers: Optional[FloatArray] = self._core.array(name)
-        return np.full(len(self), np.nan) if numbers is None else numbers
-
-
-class Corrections:
+class Corrections(Part[_core.Result]):
     """The estimated parameters of the flight paths and measurements."""
 
-    def __init__(self, core: _core.Result) -> None:
-        self._core = core
+    _group = "corrections"
 
     def __len__(self) -> int:
         return len(self.value)
 
-    @kept
-    def owner(self) -> TextArray:
-        """The pass, or the name of the group that shares the parameter, (parameters,)."""
-        owner: TextArray = self._core.array("corrections.owner")
-        return owner
-
-    @kept
-    def name(self) -> TextArray:
-        """"position.along.0", "range.bias", ..., (parameters,)."""
-        name: TextArray = self._core.array("corrections.name")
-        return name
-
-    @kept
-    def unit(self) -> TextArray:
+    owner = column[TextArray]("The pass, or the name of the group that shares the parameter, (parameters,).")
+    name = column[TextArray]('''"position.along.0", "range.bias", ..., (parameters,).''')
+    unit = column[TextArray](
         """Unit of value and standard deviations: "m", "s", "rad" or "1", (parameters,)."""
-        unit: TextArray = self._core.array("corrections.unit")
-        return unit
-
-    @kept
-    def value(self) -> FloatArray:
-        """Values, each in its `unit`, (parameters,)."""
-        value: FloatArray = self._core.array("corrections.value")
-        return value
-
-    @kept
-    def sigma(self) -> FloatArray:
-        """Standard deviations, each in its `unit`, (parameters,); nan where not computed."""
-        sigma: FloatArray = self._core.array("corrections.sigma")
-        return sigma
-
-    @kept
-    def prior_sigma(self) -> FloatArray:
+    )
+    value = column[FloatArray]("Values, each in its `unit`, (parameters,).")
+    sigma = column[FloatArray](
+        "Standard deviations, each in its `unit`, (parameters,); nan where not computed."
+    )
+    prior_sigma = column[FloatArray](
         """Standard deviations before the adjustment, each in its `unit`, (parameters,); nan: no
         prior."""
-        prior: FloatArray = self._core.array("corrections.prior_sigma")
-        return prior
+    )
 
     @kept
     def covariance(self) -> FloatArray:
@@ -212,20 +139,15 @@ class Corrections:
         return matrix
 
 
-class ResultLooks:
+class ResultLooks(Part[_core.Result]):
     """Residuals and tests of the looks, in the order of the block's looks."""
 
-    def __init__(self, core: _core.Result) -> None:
-        self._core = core
+    _group = "looks"
 
     def __len__(self) -> int:
         return len(self.pass_index)
 
-    @kept
-    def pass_index(self) -> IndexArray:
-        """Index of the pass, (looks,)."""
-        index: IndexArray = self._core.array("looks.pass_index")
-        return index
+    pass_index = column[IndexArray]("Index of the pass, (looks,).")
 
     @kept
     def point_index(self) -> IndexArray:
@@ -233,25 +155,16 @@ class ResultLooks:
         index: Optional[IndexArray] = self._core.array("looks.point_index")
         return point_of_look(self._core.array("looks.offsets")) if index is None else index
 
-    @kept
-    def range_residual_m(self) -> FloatArray:
-        """Computed minus measured range [m], (looks,); nan where the look took no part."""
-        return self._numbers("looks.range_residual_m")
-
-    @kept
-    def azimuth_residual_m(self) -> FloatArray:
-        """Residual along track at the target [m], (looks,)."""
-        return self._numbers("looks.azimuth_residual_m")
-
-    @kept
-    def reduction_range_m(self) -> FloatArray:
-        """What was taken off the measured range [m], (looks,); nan where nothing was in the block."""
-        return self._numbers("looks.reduction_range_m")
-
-    @kept
-    def reduction_time_s(self) -> FloatArray:
-        """What was taken off the measured time [s], (looks,); nan where nothing was in the block."""
-        return self._numbers("looks.reduction_time_s")
+    range_residual_m = column[FloatArray](
+        "Computed minus measured range [m], (looks,); nan where the look took no part."
+    )
+    azimuth_residual_m = column[FloatArray]("Residual along track at the target [m], (looks,).")
+    reduction_range_m = column[FloatArray](
+        "What was taken off the measured range [m], (looks,); nan where nothing was in the block."
+    )
+    reduction_time_s = column[FloatArray](
+        "What was taken off the measured time [s], (looks,); nan where nothing was in the block."
+    )
 
     @kept
     def weight_1(self) -> NDArray[np.floating[Any]]:
@@ -276,144 +189,59 @@ class ResultLooks:
         reason: TextArray = np.full(len(self), "") if codes is None else _REASONS[codes]
         return reason
 
-    @kept
-    def range_redundancy_1(self) -> NDArray[np.floating[Any]]:
-        """Part of an error of the range that its residual shows, 0 to 1, (looks,)."""
-        return self._quality("looks.range_redundancy_1")
-
-    @kept
-    def azimuth_redundancy_1(self) -> NDArray[np.floating[Any]]:
-        """The same of azimuth, (looks,)."""
-        return self._quality("looks.azimuth_redundancy_1")
-
-    @kept
-    def range_w_1(self) -> NDArray[np.floating[Any]]:
-        """Standardised residual of the range, (looks,)."""
-        return self._quality("looks.range_w_1")
-
-    @kept
-    def azimuth_w_1(self) -> NDArray[np.floating[Any]]:
-        """The same of azimuth, (looks,)."""
-        return self._quality("looks.azimuth_w_1")
-
-    def _numbers(self, name: str) -> FloatArray:
-        numbers: Optional[FloatArray] = self._core.array(name)
-        return np.full(len(self), np.nan) if numbers is None else numbers
-
-    def _quality(self, name: str) -> NDArray[np.floating[Any]]:
-        numbers: Optional[NDArray[np.floating[Any]]] = self._core.array(name)
-        return np.full(len(self), np.nan) if numbers is None else numbers
+    range_redundancy_1 = column[NDArray[np.floating[Any]]](
+        "Part of an error of the range that its residual shows, 0 to 1, (looks,)."
+    )
+    azimuth_redundancy_1 = column[NDArray[np.floating[Any]]]("The same of azimuth, (looks,).")
+    range_w_1 = column[NDArray[np.floating[Any]]]("Standardised residual of the range, (looks,).")
+    azimuth_w_1 = column[NDArray[np.floating[Any]]]("The same of azimuth, (looks,).")
 
 
-class Checks:
+class Checks(Part[_core.Result]):
     """Errors of the check points against their known positions."""
 
-    def __init__(self, core: _core.Result) -> None:
-        self._core = core
+    _group = "checks"
 
     def __len__(self) -> int:
         return len(self.point_index)
 
-    @kept
-    def point_index(self) -> IndexArray:
-        """Index of the point, (checks,)."""
-        index: IndexArray = self._core.array("checks.point_index")
-        return index
-
-    @kept
-    def error_enu_m(self) -> FloatArray:
-        """Adjusted minus known [m], east, north, up, (checks, 3); nan where not known."""
-        error: FloatArray = self._core.array("checks.error_enu_m")
-        return error
-
-    @kept
-    def sigma_enu_m(self) -> FloatArray:
-        """Predicted standard deviation of the error [m], (checks, 3)."""
-        sigma: FloatArray = self._core.array("checks.sigma_enu_m")
-        return sigma
-
-    @kept
-    def chi_square_1(self) -> FloatArray:
-        """Weighted square of the error, (checks,)."""
-        chi_square: FloatArray = self._core.array("checks.chi_square_1")
-        return chi_square
+    point_index = column[IndexArray]("Index of the point, (checks,).")
+    error_enu_m = column[FloatArray](
+        "Adjusted minus known [m], east, north, up, (checks, 3); nan where not known."
+    )
+    sigma_enu_m = column[FloatArray]("Predicted standard deviation of the error [m], (checks, 3).")
+    chi_square_1 = column[FloatArray]("Weighted square of the error, (checks,).")
 
 
-class Strips:
+class Strips(Part[_core.Result]):
     """Flight paths at some places of their strips, by pass and time."""
 
-    def __init__(self, core: _core.Result) -> None:
-        self._core = core
+    _group = "strips"
 
     def __len__(self) -> int:
         return len(self.time_s)
 
-    @kept
-    def pass_index(self) -> IndexArray:
-        """Index of the pass, (stations,)."""
-        index: IndexArray = self._core.array("strips.pass_index")
-        return index
-
-    @kept
-    def time_s(self) -> FloatArray:
-        """Time [s], (stations,)."""
-        time: FloatArray = self._core.array("strips.time_s")
-        return time
-
-    @kept
-    def strip_time_1(self) -> FloatArray:
-        """Strip time, -1 at the start to 1 at the end, (stations,)."""
-        time: FloatArray = self._core.array("strips.strip_time_1")
-        return time
-
-    @kept
-    def antenna_m(self) -> FloatArray:
-        """Antenna on the nominal path [m], (stations, 3), frame axes."""
-        antenna: FloatArray = self._core.array("strips.antenna_m")
-        return antenna
-
-    @kept
-    def correction_m(self) -> FloatArray:
-        """Correction of the position [m], along, across, up, (stations, 3); nan: none."""
-        correction: FloatArray = self._core.array("strips.correction_m")
-        return correction
-
-    @kept
-    def correction_sigma_m(self) -> FloatArray:
-        """Its standard deviations [m], (stations, 3); nan where not computed."""
-        sigma: FloatArray = self._core.array("strips.correction_sigma_m")
-        return sigma
+    pass_index = column[IndexArray]("Index of the pass, (stations,).")
+    time_s = column[FloatArray]("Time [s], (stations,).")
+    strip_time_1 = column[FloatArray]("Strip time, -1 at the start to 1 at the end, (stations,).")
+    antenna_m = column[FloatArray]("Antenna on the nominal path [m], (stations, 3), frame axes.")
+    correction_m = column[FloatArray](
+        "Correction of the position [m], along, across, up, (stations, 3); nan: none."
+    )
+    correction_sigma_m = column[FloatArray](
+        "Its standard deviations [m], (stations, 3); nan where not computed."
+    )
 
 
-class Pairs:
+class Pairs(Part[_core.Result]):
     """Differences of two points, second minus first, where `pairs` asked for them."""
 
-    def __init__(self, core: _core.Result) -> None:
-        self._core = core
+    _group = "pairs"
 
     def __len__(self) -> int:
         return len(self.first_index)
 
-    @kept
-    def first_index(self) -> IndexArray:
-        """Index of the first point, (pairs,)."""
-        index: IndexArray = self._core.array("pairs.first_index")
-        return index
-
-    @kept
-    def second_index(self) -> IndexArray:
-        """Index of the second point, (pairs,)."""
-        index: IndexArray = self._core.array("pairs.second_index")
-        return index
-
-    @kept
-    def difference_enu_m(self) -> FloatArray:
-        """Difference [m], east, north, up at the first point, (pairs, 3)."""
-        difference: FloatArray = self._core.array("pairs.difference_enu_m")
-        return difference
-
-    @kept
-    def covariance_enu_m2(self) -> FloatArray:
-        """Its covariance [m2], (pairs, 3, 3)."""
-        covariance: FloatArray = self._core.array("pairs.covariance_enu_m2")
-        return covariance
+    first_index = column[IndexArray]("Index of the first point, (pairs,).")
+    second_index = column[IndexArray]("Index of the second point, (pairs,).")
+    difference_enu_m = column[FloatArray]("Difference [m], east, north, up at the first point, (pairs, 3).")
+    covariance_enu_m2 = column[FloatArray]("Its covariance [m2], (pairs, 3, 3).")

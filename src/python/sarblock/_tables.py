@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 from functools import cached_property
-from typing import Any, Mapping, Optional, TypeVar
+from typing import Any, Generic, Mapping, Optional, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +39,32 @@ class kept(cached_property[T]):
             return value
 
         self.func = computed
+
+
+Core = TypeVar("Core", _core.Block, _core.Result)
+
+
+class Part(Generic[Core]):
+    """Part of a block or a result: arrays that the core has by the name GROUP.PROPERTY."""
+
+    _group: str
+
+    def __init__(self, core: Core) -> None:
+        self._core: Core = core
+
+
+class column(kept[T]):
+    """The array of its name, of a Part; filled where the core has none."""
+
+    def __init__(self, text: str, fill: float = np.nan, shape: tuple[int, ...] = ()) -> None:
+        super().__init__(self._read)
+        self.__doc__ = text
+        self._fill, self._shape = fill, shape
+
+    def _read(self, part: Any) -> T:
+        array = part._core.array(f"{part._group}.{self.attrname}")
+        full: T = np.full((len(part), *self._shape), self._fill) if array is None else array
+        return full
 
 
 def unit_of(name: str) -> Optional[str]:

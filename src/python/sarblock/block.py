@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from . import _core
 from ._options import block_toml, overrides, toml_value
 from ._progress import Progress, reporting
-from ._tables import FlagArray, FloatArray, IndexArray, TextArray, choose, data_frame, data_set, kept
+from ._tables import (
+    FlagArray, FloatArray, IndexArray, Part, TextArray, choose, column, data_frame, data_set, kept
+)
 
 Path = Union[str, "os.PathLike[str]"]
 #: Arrays by name of the column: a dictionary, a pandas.DataFrame.
@@ -134,20 +136,15 @@ def _given_number(value: float) -> Optional[float]:
     return None if np.isnan(value) else float(value)
 
 
-class BlockPoints:
+class BlockPoints(Part[_core.Block]):
     """Points of a block; their order is the index that looks and results use."""
 
-    def __init__(self, core: _core.Block) -> None:
-        self._core = core
+    _group = "points"
 
     def __len__(self) -> int:
         return len(self.given_m)
 
-    @kept
-    def ids(self) -> TextArray:
-        """Names, (points,)."""
-        ids: TextArray = self._core.array("points.ids")
-        return ids
+    ids = column[TextArray]("Names, (points,).")
 
     @kept
     def role(self) -> TextArray:
@@ -155,43 +152,24 @@ class BlockPoints:
         role: TextArray = ROLES[self._core.array("points.role")]
         return role
 
-    @kept
-    def given_m(self) -> FloatArray:
-        """Coordinates given [m], (points, 3), frame axes; nan: none. Of tie points start values."""
-        given: FloatArray = self._core.array("points.given_m")
-        return given
-
-    @kept
-    def known_index(self) -> IndexArray:
-        """Indices of control and check points, (known,)."""
-        index: IndexArray = self._core.array("points.known_index")
-        return index
-
-    @kept
-    def known_held(self) -> FlagArray:
-        """Which of east, north, up of them are known, (known, 3)."""
-        held: FlagArray = self._core.array("points.known_held")
-        return held
-
-    @kept
-    def known_covariance_enu_m2(self) -> FloatArray:
-        """Covariance of their known positions [m2], east, north, up, (known, 3, 3)."""
-        covariance: FloatArray = self._core.array("points.known_covariance_enu_m2")
-        return covariance
-
-    @kept
-    def known_velocity_mpy(self) -> FloatArray:
-        """Velocities of their positions in the frame [m a year], frame axes, (known, 3); 0: at rest."""
-        velocity: FloatArray = self._core.array("points.known_velocity_mpy")
-        return velocity
+    given_m = column[FloatArray](
+        "Coordinates given [m], (points, 3), frame axes; nan: none. Of tie points start values."
+    )
+    known_index = column[IndexArray]("Indices of control and check points, (known,).")
+    known_held = column[FlagArray]("Which of east, north, up of them are known, (known, 3).")
+    known_covariance_enu_m2 = column[FloatArray](
+        "Covariance of their known positions [m2], east, north, up, (known, 3, 3)."
+    )
+    known_velocity_mpy = column[FloatArray](
+        "Velocities of their positions in the frame [m a year], frame axes, (known, 3); 0: at rest."
+    )
 
 
-class BlockLooks:
+class BlockLooks(Part[_core.Block]):
     """Looks in flat arrays, sorted by point and, within a point, by pass. A look is one observation
     of a point in one image."""
 
-    def __init__(self, core: _core.Block) -> None:
-        self._core = core
+    _group = "looks"
 
     def __len__(self) -> int:
         return len(self.range_m)
@@ -201,47 +179,31 @@ class BlockLooks:
         return flagged
 
     def _or_filled(self, name: str, value: float) -> FloatArray:
-        column: Optional[FloatArray] = self._core.array(name)
-        return np.full(len(self), value) if column is None else column
+        given: Optional[FloatArray] = self._core.array(name)
+        return np.full(len(self), value) if given is None else given
 
-    @kept
-    def offsets(self) -> NDArray[np.uint64]:
-        """Looks of point j are offsets[j] to offsets[j + 1] - 1, (points + 1,)."""
-        offsets: NDArray[np.uint64] = self._core.array("looks.offsets")
-        return offsets
-
-    @kept
-    def pass_index(self) -> IndexArray:
-        """Index of the pass, (looks,)."""
-        index: IndexArray = self._core.array("looks.pass_index")
-        return index
+    offsets = column[NDArray[np.uint64]](
+        "Looks of point j are offsets[j] to offsets[j + 1] - 1, (points + 1,)."
+    )
+    pass_index = column[IndexArray]("Index of the pass, (looks,).")
 
     @kept
     def point_index(self) -> IndexArray:
         """Index of the point, (looks,)."""
         return point_of_look(self.offsets)
 
-    @kept
-    def time_s(self) -> FloatArray:
-        """Azimuth time less time_shift_s [s], (looks,); nan in a plan that gives none."""
-        time: FloatArray = self._core.array("looks.time_s")
-        return time
-
-    @kept
-    def range_m(self) -> FloatArray:
-        """One-way slant range less range_delay_m [m], (looks,); nan in a plan that gives none."""
-        range_m: FloatArray = self._core.array("looks.range_m")
-        return range_m
-
-    @kept
-    def range_delay_m(self) -> FloatArray:
-        """What the look gives as taken off its measured range [m], (looks,)."""
-        return self._or_filled("looks.range_delay_m", 0.0)
-
-    @kept
-    def time_shift_s(self) -> FloatArray:
-        """What the look gives as taken off its measured time [s], (looks,)."""
-        return self._or_filled("looks.time_shift_s", 0.0)
+    time_s = column[FloatArray](
+        "Azimuth time less time_shift_s [s], (looks,); nan in a plan that gives none."
+    )
+    range_m = column[FloatArray](
+        "One-way slant range less range_delay_m [m], (looks,); nan in a plan that gives none."
+    )
+    range_delay_m = column[FloatArray](
+        "What the look gives as taken off its measured range [m], (looks,).", fill=0.0
+    )
+    time_shift_s = column[FloatArray](
+        "What the look gives as taken off its measured time [s], (looks,).", fill=0.0
+    )
 
     @kept
     def squint_rad(self) -> FloatArray:
@@ -253,10 +215,7 @@ class BlockLooks:
         """Doppler centroid [Hz], (looks,); nan where a squint angle is given, or neither."""
         return np.where(self._flagged(_DOPPLER), self._or_filled("looks.cone", 0.0), np.nan)
 
-    @kept
-    def range_sigma_m(self) -> FloatArray:
-        """Standard deviation of the range [m], (looks,); nan: the pass's."""
-        return self._or_filled("looks.range_sigma_m", np.nan)
+    range_sigma_m = column[FloatArray]("Standard deviation of the range [m], (looks,); nan: the pass's.")
 
     @kept
     def azimuth_sigma_m(self) -> FloatArray:
