@@ -314,7 +314,9 @@ class DecimalStep {
   /// Steps up to `harmless` are none.
   void Add(double value, double harmless) {
     if (std::isnan(value)) return;
-    ++count_;
+    // Of one number many times, as of flat ground, nothing follows.
+    if (!(std::abs(value - last_) < kSame * step_)) ++count_;
+    last_ = value;
     while (step_ > 0.0 && !IsMultiple(value)) step_ = step_ > harmless ? 0.1 * step_ : 0.0;
     if (step_ <= harmless) step_ = 0.0;
   }
@@ -326,17 +328,80 @@ class DecimalStep {
   [[nodiscard]] double rounding() const { return step() / std::sqrt(12.0); }
 
  private:
-  static constexpr std::size_t kFewest = 8;  // a chance of 1e-21 in any numbers
+  static constexpr double kSame = 1e-3;      // of a step
+  static constexpr std::size_t kFewest = 5;  // a chance of 3e-14 in any numbers
   [[nodiscard]] bool IsMultiple(double value) const {
     const double steps = value / step_;
-    return std::abs(steps - std::round(steps)) < 1e-3;
+    return std::abs(steps - std::round(steps)) < kSame;
   }
   double step_ = 1.0;
+  double last_ = kNotGiven;
   std::size_t count_ = 0;
 };
 
 /// Rounding to this step, whose standard deviation is the step over sqrt(12), is half of sigma.
 double HarmlessStep(double sigma) { return 0.5 * std::sqrt(12.0) * sigma; }
+
+/// A column of points.csv at a known point.
+struct PointColumn {
+  const char* name;
+  const char* unit;
+  double metres;   ///< of one unit
+  double value;    ///< of a known point
+  double sigma_m;  ///< NaN where it is not known there
+};
+
+constexpr std::size_t kPointColumns = 6;
+
+/// Both ways to give a known point: it has been read in one of them, and is round in no other.
+std::array<PointColumn, kPointColumns> ColumnsOf(const Block& block, const KnownPosition& known) {
+  const Eigen::Vector3d& p_m = block.points.given_m[known.point];
+  const Eigen::Matrix3d& covariance_m2 = known.covariance_enu_m2;
+  const Geodetic at = block.frame.GeodeticFromFrame(p_m);
+  const auto sigma_of_m = [&](const Eigen::Vector3d& axis_enu) {
+    for (int i = 0; i < 3; ++i) {
+      if (axis_enu[i] != 0.0 && !known.fixed[static_cast<std::size_t>(i)]) return kNotGiven;
+    }
+    return std::sqrt(axis_enu.dot(covariance_m2 * axis_enu));
+  };
+  const Eigen::Matrix3d enu = block.frame.EnuFromFrame(p_m);
+  const double degree_m = kRadPerDeg * block.frame.ellipsoid().a_m;
+  return {{{"lat_deg", "deg", degree_m, kDegPerRad * at.lat_rad, sigma_of_m({0.0, 1.0, 0.0})},
+           {"lon_deg",
+            "deg",
+            degree_m * std::cos(at.lat_rad),
+            kDegPerRad * at.lon_rad,
+            sigma_of_m({1.0, 0.0, 0.0})},
+           {"h_m", "m", 1.0, at.h_m, sigma_of_m({0.0, 0.0, 1.0})},
+           {"x_m", "m", 1.0, p_m.x(), sigma_of_m(enu.col(0))},
+           {"y_m", "m", 1.0, p_m.y(), sigma_of_m(enu.col(1))},
+           {"z_m", "m", 1.0, p_m.z(), sigma_of_m(enu.col(2))}}};
+}
+
+/// Of a geocentric frame: plans in a local frame have round coordinates that are exact.
+std::vector<std::string> PointDecimalRemarks(const Block& block) {
+  std::vector<std::string> remarks;
+  if (block.frame.kind() != FrameKind::kGeocentric) return remarks;
+  std::array<PointColumn, kPointColumns> columns{};
+  std::array<DecimalStep, kPointColumns> steps;
+  for (const KnownPosition& known : block.points.known) {
+    if (!block.points.given_m[known.point].allFinite()) continue;
+    columns = ColumnsOf(block, known);
+    for (std::size_t k = 0; k < columns.size(); ++k) {
+      const PointColumn& column = columns[k];
+      if (std::isnan(column.sigma_m)) continue;
+      steps[k].Add(column.value, HarmlessStep(column.sigma_m / column.metres));
+    }
+  }
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    if (std::isnan(steps[k].step())) continue;
+    remarks.push_back(std::string(columns[k].name) + " of known points are multiples of " +
+                      Short(steps[k].step()) + " " + columns[k].unit + ": rounding alone is " +
+                      Short(steps[k].rounding() * columns[k].metres) +
+                      " m, more than half of the standard deviation given");
+  }
+  return remarks;
+}
 
 std::vector<std::string> DecimalRemarks(const Block& block) {
   std::vector<DecimalStep> range(block.passes.size()), time(block.passes.size());
@@ -370,24 +435,7 @@ std::vector<std::string> DecimalRemarks(const Block& block) {
     add("times", time[pass], speed_mps[pass], "along the track");
     add("ranges", range[pass], 1.0, "in range");
   }
-  if (block.frame.kind() != FrameKind::kGeocentric) return remarks;
-  DecimalStep degrees;
-  const double metres = kRadPerDeg * block.frame.ellipsoid().a_m;
-  for (const KnownPosition& known : block.points.known) {
-    const Eigen::Vector3d& p_m = block.points.given_m[known.point];
-    if (!p_m.allFinite() || !known.fixed[0] || !known.fixed[1]) continue;
-    const Geodetic at = block.frame.GeodeticFromFrame(p_m);
-    const double sigma_m =
-        std::sqrt(std::max(known.covariance_enu_m2(0, 0), known.covariance_enu_m2(1, 1)));
-    degrees.Add(kDegPerRad * at.lat_rad, HarmlessStep(sigma_m / metres));
-    degrees.Add(kDegPerRad * at.lon_rad, HarmlessStep(sigma_m / metres));
-  }
-  if (!std::isnan(degrees.step())) {
-    remarks.push_back("latitudes and longitudes of known points are multiples of " +
-                      Short(degrees.step()) + " deg: rounding alone is " +
-                      Short(degrees.rounding() * metres) +
-                      " m, more than half of the standard deviation given");
-  }
+  for (std::string& remark : PointDecimalRemarks(block)) remarks.push_back(std::move(remark));
   return remarks;
 }
 

@@ -32,13 +32,14 @@ Block PartForCure(const Block& block) {
 
 }  // namespace
 
-Explanation::Cure CureOf(const Block& given,
-                         const CorrectionModel& corrections,
-                         const Hypothesis& hypothesis,
-                         double value,
-                         double test_level,
-                         ProgressSink* progress) {
-  Explanation::Cure out;
+BlockCure CureOf(const Block& given,
+                 const CorrectionModel& corrections,
+                 const Hypothesis& hypothesis,
+                 double value,
+                 double test_level,
+                 ProgressSink* progress) {
+  BlockCure tried;
+  Explanation::Cure& out = tried.cure;
   try {
     Block block = given.looks.size() > kMaxLooksOfCure ? PartForCure(given) : given;
     hypothesis.undo(&block, value);
@@ -46,11 +47,11 @@ Explanation::Cure CureOf(const Block& given,
     CorrectionModel model = corrections;
     if (hypothesis.remodel) hypothesis.remodel(&model, value);
     const Fit fit = SolveSample(block, model, {}, progress);
-    if (!fit.solved || fit.lost > 0) return out;
+    if (!fit.solved || fit.lost > 0) return tried;
     const PriorSums priors = PriorsOf(block, model, fit);
     const GlobalTest test =
         TestMeasurements(fit.counts, priors, {.kept = fit.square_sum}, test_level);
-    if (!(test.redundancy > 0.0)) return out;
+    if (!(test.redundancy > 0.0)) return tried;
     out.tried = true;
     out.factor = test.sigma0_squared;
     out.lower = test.chi_square.lower / test.redundancy;
@@ -58,13 +59,14 @@ Explanation::Cure CureOf(const Block& given,
     out.points = block.points.size();
     const bool with_priors = priors.known && priors.redundancy > kMinRedundancy;
     if (with_priors) out.priors_factor = priors.square_sum / priors.redundancy;
-    out.cures = test.passed && (!with_priors || PriorsHold(priors, test_level));
+    tried.priors_hold = !with_priors || PriorsHold(priors, test_level);
+    out.cures = test.passed && tried.priors_hold;
   } catch (const Interrupted&) {
     throw;
   } catch (const std::exception&) {  // what cannot be solved cures nothing
-    out = {};
+    tried = {};
   }
-  return out;
+  return tried;
 }
 
 }  // namespace sarblock

@@ -24,11 +24,13 @@ namespace sarblock {
 namespace {
 
 /// Level of the global test of the sample below which nothing is asked.
-constexpr double kContradicts = 1e-4;
+constexpr double kContradicts = 1e-4;  // numbers: docs/theory/diagnosis.md, "Numbers"
 /// A hypothesis whose known points lie nearer than this part of where they did is solved.
 constexpr double kNearer = 0.5;
 /// Hypotheses of the screening that are solved, and of those whose size is searched.
 constexpr std::size_t kMaxScreened = 12, kMaxRefined = 6;
+/// Constant squints beside which one that changes with range is tried.
+constexpr std::size_t kMaxNative = 3;
 /// Parts of the work at which no more hypotheses are tried: what known points or scores show of
 /// passes and of the whole control, single rows (made and tried), what is guessed, standard
 /// deviations. The rest is
@@ -38,10 +40,13 @@ constexpr double kPartForShown = 0.5, kPartToMakeRows = 0.65, kPartForRows = 0.7
 /// Level of the F tests of all hypotheses together, and the part of the excess of v'Pv over its
 /// redundancy that must be explained.
 constexpr double kSignificance = 1e-6, kMinPart = 0.5;
-/// Explanations that are reported: those that cost at most this, and this part of the gain, more
-/// than the best.
+/// Explanations that are reported: those that cost at most this, odds of kSignificance, and this
+/// part of the gain, more than the best.
 constexpr std::size_t kMaxReported = 3;
-constexpr double kNearlyAsGood = 1e-4, kAsGood = 30.0;
+constexpr double kNearlyAsGood = 1e-4, kAsGood = 27.6;
+/// Difference of the cost up to which the sample does not decide: odds of a thousand to one.
+constexpr double kTied = 13.8;
+constexpr const char* kTiedWords = "; the sample does not tell it from the first";
 
 /// How much of the gain an approximate solution may lack, and the part of v'Pv that it is to take.
 constexpr double kApproximate = 0.01, kMinApproximate = 0.1;
@@ -281,10 +286,14 @@ class Diagnosing {
     if (rows_alone) AddExchangedPoints(facts, &all);
     AddKnownPointMistakes(facts, &all);
     if (rows_alone) AddLookMistakes(facts, &all);
-    AddTimeCorrelatedMistakes(facts, &all);
     out_.hypotheses += static_cast<int>(all.size());
     Try(before, Screen(std::move(all), passes), kPartForRows, trials, &candidates);
+    all = {};
+    AddTimeCorrelatedMistakes(facts, trials, &all);
+    out_.hypotheses += static_cast<int>(all.size());
+    Try(before, std::move(all), kPartForGuessed, trials, &candidates);
     Try(before, std::move(guesses), kPartForGuessed, trials, &candidates);
+    Try(before, NativeDopplers(facts, candidates), kPartForSigmas, trials, &candidates);
     all = {};
     if (trials->work().Allows(kPartForSigmas)) {
       AddControlSigma(facts, trials, &all);
@@ -298,6 +307,18 @@ class Diagnosing {
     Report(before, sample, trials->given(), candidates);
     if (AnyCures(out_.explanations)) return;
     if (auto coregistered = FindCoregistered(facts)) out_.explanations = {std::move(*coregistered)};
+  }
+
+  /// Beside the constant squints that help most.
+  static Hypotheses NativeDopplers(const Facts& facts, const std::vector<Candidate>& candidates) {
+    Hypotheses out;
+    for (const Candidate& candidate : candidates) {
+      if (out.size() == kMaxNative || !(candidate.cost < facts.before.Cost())) break;
+      if (auto native = NativeBeside(facts, candidate.hypothesis, candidate.solved)) {
+        out.push_back(std::move(*native));
+      }
+    }
+    return out;
   }
 
   [[nodiscard]] bool AnyExplainsAll(const Fit& before,
@@ -409,7 +430,7 @@ class Diagnosing {
     if (candidate.hypothesis.kind == MistakeKind::kSigma) {
       if (!(std::abs(candidate.solved.value) < kMaxLogFactor)) return false;
       const bool fits = after.SquareSum() < 2.0 * left && after.square_sum > 0.5 * left;
-      return fits && before.Cost() - after.Cost() > (candidate.hypothesis.free ? 50.0 : 20.0);
+      return fits && before.Cost() - candidate.cost > kAsGood;
     }
     const double square_explained = before.SquareSum() - after.SquareSum();
     if (!(after.SquareSum() <= MaxUnexplained(before)) || !(square_explained > 0.0)) return false;
@@ -431,13 +452,20 @@ class Diagnosing {
     return FindPattern(block, sample.suspects, residuals, much_larger);
   }
 
+  struct Described {
+    Explanation explanation;
+    const Candidate* candidate = nullptr;
+    bool priors_hold = true;  ///< in the whole block
+  };
+
   /// Standard deviations that leave the whole block, or its priors, contradicted: then it is no
   /// matter of noise. They are known no better than the sample tells.
-  static bool FailsAsNoise(const Explanation& reported) {
+  static bool FailsAsNoise(const Described& described) {
+    const Explanation& reported = described.explanation;
     if (reported.kind != MistakeKind::kSigma || !reported.cure.tried || reported.cure.cures)
       return false;
-    constexpr double kContradicted = 2.0, kSigmas = 8.0;
-    if (reported.cure.priors_factor > kContradicted) return true;
+    constexpr double kSigmas = 8.0;  // four of the size, of which the factor is the square
+    if (!described.priors_hold) return true;
     return std::abs(std::log(reported.cure.factor)) > kSigmas * reported.sigma / reported.value;
   }
 
@@ -445,6 +473,42 @@ class Diagnosing {
     return std::any_of(explanations.begin(), explanations.end(), [](const Explanation& one) {
       return one.cure.cures;
     });
+  }
+
+  /// A change of values that has a size, or none: how many parameters undo it says how simple it
+  /// is. Priors and standard deviations pay in their cost.
+  static bool ChangesValues(const Hypothesis& hypothesis) {
+    return hypothesis.kind != MistakeKind::kModel && hypothesis.kind != MistakeKind::kSigma;
+  }
+
+  /// Whether it is worth a solution of the block: nothing before it cures, or nothing so simple.
+  static bool MayBeSimpler(const Candidate& candidate, const std::vector<Described>& before) {
+    const Hypothesis& hypothesis = candidate.hypothesis;
+    return std::none_of(before.begin(), before.end(), [&](const Described& other) {
+      const Hypothesis& of = other.candidate->hypothesis;
+      const bool simpler =
+          ChangesValues(hypothesis) && ChangesValues(of) && hypothesis.parameters < of.parameters;
+      return other.explanation.cure.cures && !simpler;
+    });
+  }
+
+  /// Of changes of values that cure, and between which the sample does not decide, the one with the
+  /// fewest parameters comes first.
+  static void PutFewestParametersFirst(std::vector<Described>* described) {
+    std::vector<std::size_t> places;
+    std::vector<Described> sorted;
+    for (std::size_t i = 0; i < described->size(); ++i) {
+      const Described& one = (*described)[i];
+      if (!one.explanation.cure.cures || !ChangesValues(one.candidate->hypothesis)) continue;
+      // They are in the order of their cost.
+      if (!sorted.empty() && one.candidate->cost - sorted.front().candidate->cost > kTied) break;
+      places.push_back(i);
+      sorted.push_back(one);
+    }
+    std::stable_sort(sorted.begin(), sorted.end(), [](const Described& a, const Described& b) {
+      return a.candidate->hypothesis.parameters < b.candidate->hypothesis.parameters;
+    });
+    for (std::size_t k = 0; k < places.size(); ++k) (*described)[places[k]] = std::move(sorted[k]);
   }
 
   static int RankOf(const Explanation& reported) {
@@ -486,21 +550,37 @@ class Diagnosing {
       if (reported.size() == kMaxReported) reported.pop_back();
       reported.push_back(&*chosen);
     }
+    std::vector<Described> described;
     for (const Candidate* candidate : reported) {
-      Explanation described = Describe(before, *candidate);
-      if (!FailsAsNoise(described)) out_.explanations.push_back(std::move(described));
+      Described one = Describe(before, *candidate, MayBeSimpler(*candidate, described));
+      if (!FailsAsNoise(one)) described.push_back(std::move(one));
     }
-    if (AnyCures(out_.explanations)) {
-      std::erase_if(out_.explanations,
-                    [](const Explanation& one) { return one.cure.tried && !one.cure.cures; });
+    PutFewestParametersFirst(&described);
+    const bool any_cures = std::any_of(described.begin(), described.end(), [](const Described& d) {
+      return d.explanation.cure.cures;
+    });
+    if (any_cures) {
+      std::erase_if(described, [](const Described& d) {
+        return d.explanation.cure.tried && !d.explanation.cure.cures;
+      });
     }
     // Beside what makes the whole block a good one nothing is said that does not, and corrections
     // that are missing, the commonest mistake of all, before what would do as well.
     std::stable_sort(
-        out_.explanations.begin(),
-        out_.explanations.end(),
-        [](const Explanation& a, const Explanation& b) { return RankOf(a) < RankOf(b); });
+        described.begin(), described.end(), [](const Described& a, const Described& b) {
+          return RankOf(a.explanation) < RankOf(b.explanation);
+        });
+    for (Described& one : described) {
+      const double more = one.candidate->cost - described.front().candidate->cost;
+      if (&one != &described.front() && std::abs(more) < kTied) SayTied(&one.explanation);
+      out_.explanations.push_back(std::move(one.explanation));
+    }
     TellDoubtfulLooks();
+  }
+
+  static void SayTied(Explanation* one) {
+    const std::string before_change = "; " + one->change;
+    one->sentence.insert(one->sentence.size() - before_change.size(), kTiedWords);
   }
 
   static bool IsOfLook(const Explanation& one) {
@@ -526,9 +606,12 @@ class Diagnosing {
     }
   }
 
-  Explanation Describe(const Fit& before, const Candidate& candidate) const {
+  /// With `cures`, what it does to the whole block too.
+  Described Describe(const Fit& before, const Candidate& candidate, bool cures) const {
     const Hypothesis& hypothesis = candidate.hypothesis;
-    Explanation out;
+    Described described;
+    described.candidate = &candidate;
+    Explanation& out = described.explanation;
     out.kind = hypothesis.kind;
     out.cause = hypothesis.cause;
     out.passes = hypothesis.passes;
@@ -554,13 +637,16 @@ class Diagnosing {
     out.part = out.square_sum_before > 0.0
                    ? (out.square_sum_before - out.square_sum_after) / out.square_sum_before
                    : 0.0;
-    if (!AnyCures(out_.explanations) || hypothesis.kind == MistakeKind::kModel) {
-      out.cure = CureOf(block_, given_, hypothesis, candidate.solved.value, test_level_, progress_);
+    if (cures || hypothesis.kind == MistakeKind::kModel) {
+      BlockCure tried =
+          CureOf(block_, given_, hypothesis, candidate.solved.value, test_level_, progress_);
+      out.cure = tried.cure;
+      described.priors_hold = tried.priors_hold;
     }
     const std::string detail =
         hypothesis.detail ? hypothesis.detail(candidate.solved.fit) : std::string();
     out.sentence = SentenceOf(hypothesis, size, detail, out);
-    return out;
+    return described;
   }
 
   const Block& block_;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <functional>
 #include <map>
 #include <string>
 #include <utility>
@@ -609,50 +610,15 @@ Squints SquintsOf(const PassPredictions& pass) {
   return out;
 }
 
-/// Looks at native Doppler, whose squint changes with range, given as if it did not: from this
-/// change on [rad per m]. The constant part is that of the known points.
-Hypothesis NativeDoppler(const Names& passes, const Squints& squints, double slope, double step) {
-  Hypothesis out;
-  out.kind = MistakeKind::kCone;
-  out.cause = "cone.native";
-  out.passes = passes;
-  out.parameters = 2;
-  const auto constant_of = [squints](double per_m) {
+/// The constant part of native Doppler at known points.
+std::function<double(double)> ConstantOf(const Squints& squints) {
+  return [squints](double per_m) {
     std::vector<double> left_rad;
     for (std::size_t k = 0; k < squints.off_rad.size(); ++k) {
       left_rad.push_back(squints.off_rad[k] - per_m * squints.range_m[k]);
     }
     return Median(std::move(left_rad));
   };
-  out.undo = [passes, constant_of](Block* block, double per_m) {
-    const double constant_rad = constant_of(per_m);
-    Looks& looks = block->looks;
-    if (looks.cone.empty()) looks.cone.assign(looks.size(), 0.0);
-    ForLooks(*block, passes, [&](std::size_t i) {
-      if ((looks.flags[i] & Looks::kDoppler) != 0) return;
-      looks.cone[i] -= constant_rad + per_m * looks.range_m[i];
-    });
-  };
-  out.free = true;
-  out.value = slope;
-  out.step = step;
-  out.unit = "rad/m";
-  out.says = [passes](const Size& size) {
-    const double per_km = -1e3 * kDegPerRad;
-    return PassWords(passes) + (passes.size() == 1 ? " looks" : " look") +
-           " with a squint that changes by " +
-           SizeOf(per_km * size.value, std::abs(per_km) * size.sigma, "deg").text +
-           " in a kilometre of range and that squint_deg leaves out (native Doppler, read as that "
-           "of an image of zero Doppler)";
-  };
-  out.change = [passes, constant_of](const Size& size) {
-    const std::string of = PassesPhrase(passes);
-    return "observations.csv: squint_deg or doppler_hz " + of +
-           " from the Doppler centroid of the image; known points show squint_deg " + of +
-           " plus " + InFiles(-kDegPerRad * constant_of(size.value)) + " + " +
-           InFiles(-kDegPerRad * size.value) + " * range_m";
-  };
-  return out;
 }
 
 /// How clearly known points show native Doppler: their distance from the line beside its change
@@ -691,8 +657,9 @@ void AddOf(const Names& passes,
       std::minmax_element(squints.range_m.begin(), squints.range_m.end());
   if (!(*farthest > *nearest)) return;
   const double across_m = *farthest - *nearest;
-  native->push_back({line.spread / (std::abs(line.slope) * across_m),
-                     NativeDoppler(passes, squints, line.slope, kSquintStep_rad / across_m)});
+  native->push_back(
+      {line.spread / (std::abs(line.slope) * across_m),
+       NativeDoppler(passes, ConstantOf(squints), line.slope, kSquintStep_rad / across_m)});
 }
 
 /// Errors of the flights hide from the screening that a squint changes: those whose points show it

@@ -4,6 +4,7 @@
 #include "sarblock/core/progress.h"
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -41,6 +42,18 @@ void AddDelayMistakes(const Facts& facts, Hypotheses* out);
                                     double value_rad,
                                     double step_rad);
 
+/// Looks at native Doppler, whose squint changes with range, given as if it did not: from this
+/// change on. `constant_rad` is the squint at range zero of a change with range.
+[[nodiscard]] Hypothesis NativeDoppler(const std::vector<std::string>& passes,
+                                       const std::function<double(double per_m)>& constant_rad,
+                                       double slope_rad_per_m,
+                                       double step_rad_per_m);
+/// The same of the pass of a constant squint that was solved, which is its mean, with the change
+/// that the residuals beside it show; nothing where they show none.
+[[nodiscard]] std::optional<Hypothesis> NativeBeside(const Facts& facts,
+                                                     const Hypothesis& squint,
+                                                     const Solved& solved);
+
 /// Adds the hypotheses of look sides and cones that this block gives reason to try, with first
 /// values of their sizes: those that the predicted observations suggest, and those that show in a
 /// solution alone.
@@ -63,7 +76,7 @@ void AddPathMistakes(const Facts& facts, Hypotheses* out);
 /// Errors that are correlated in time: residuals of a pass that drift to and fro along its strip,
 /// of its ranges or of its times, and of all such passes together. docs/theory/diagnosis.md, eq.
 /// (9).
-void AddTimeCorrelatedMistakes(const Facts& facts, Hypotheses* out);
+void AddTimeCorrelatedMistakes(const Facts& facts, Trials* trials, Hypotheses* out);
 
 /// Adds those of the corrections asked for: priors too tight (one solution tells which and by how
 /// much), terms that are missing, passes held as exact.
@@ -107,11 +120,15 @@ void AddExchangedPoints(const Facts& facts, Hypotheses* out);
                                       bool much_larger);
 
 /// The whole block, with these corrections, solved with a mistake undone.
-[[nodiscard]] Explanation::Cure CureOf(const Block& given,
-                                       const CorrectionModel& corrections,
-                                       const Hypothesis& hypothesis,
-                                       double value,
-                                       double test_level,
-                                       ProgressSink* progress);
+struct BlockCure {
+  Explanation::Cure cure;
+  bool priors_hold = true;  ///< below what chance allows
+};
+[[nodiscard]] BlockCure CureOf(const Block& given,
+                               const CorrectionModel& corrections,
+                               const Hypothesis& hypothesis,
+                               double value,
+                               double test_level,
+                               ProgressSink* progress);
 
 }  // namespace sarblock

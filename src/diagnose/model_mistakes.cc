@@ -19,6 +19,7 @@
 #include "model/parameters.h"
 #include "model/priors.h"
 #include "sample.h"
+#include <Eigen/QR>
 
 namespace sarblock {
 namespace {
@@ -37,6 +38,8 @@ constexpr double kDoubted = 1.5;
 /// Standard deviation of a term that is added, in those of the terms beside it: an error that is
 /// much larger than they allow is not one of a degree or of knots.
 constexpr double kBesideOthers = 3.0;
+/// Part of the range beyond which an error of a path is that of another path.
+constexpr double kLargestPathError = 0.05;
 /// Knots of a spline that is tried in place of a polynomial, in a strip.
 constexpr double kKnotsOfStrip = 8.0;
 
@@ -111,26 +114,33 @@ Hypothesis OfModel(std::string cause) {
   return out;
 }
 
-/// Squares of corrections over those of their priors, by name.
+/// v'Pv of priors and their number, by the name of what they are of.
 struct KindOfTerm {
   double square = 0.0;
   int count = 0;
   [[nodiscard]] double rms() const { return std::sqrt(square / count); }
 };
 
+/// By the whitened equations of the priors: those of a process or of a joint prior are independent
+/// where their coefficients are not.
 std::map<std::string, KindOfTerm> TermsOf(const Block& sample,
                                           const CorrectionModel& model,
                                           const Fit& fit) {
   std::map<std::string, KindOfTerm> out;
   const ParameterLayout layout = MakeParameterLayout(sample, model.groups, model.priors);
   if (!fit.solved || fit.state.corrections.size() != layout.size()) return out;
-  for (int i = 0; i < layout.size(); ++i) {
-    const Parameter& parameter = layout.parameters[static_cast<std::size_t>(i)];
-    if (!parameter.has_prior()) continue;
-    const double part = fit.state.corrections[i] / parameter.prior_sigma;
-    KindOfTerm& kind = out[NameOfPriors(parameter)];
-    kind.square += part * part;
-    ++kind.count;
+  for (int block = 0; block < static_cast<int>(layout.blocks.size()); ++block) {
+    for (const PriorRow& row : PriorRowsOf(layout, block)) {
+      double error = 0.0;
+      for (const PriorRow::Term& term : row.terms) {
+        const Parameter& parameter = layout.parameters[static_cast<std::size_t>(term.parameter)];
+        error += term.weight * (fit.state.corrections[term.parameter] - parameter.prior_value);
+      }
+      const auto last = static_cast<std::size_t>(row.terms.back().parameter);
+      KindOfTerm& kind = out[NameOfPriors(layout.parameters[last])];
+      kind.square += error * error;
+      ++kind.count;
+    }
   }
   return out;
 }
@@ -158,6 +168,18 @@ Hypothesis TightPriors(const NameSet& names, int priors) {
            " in [adjust.correction] or [adjust.prior], if the flights are those of these images";
   };
   return out;
+}
+
+double MedianRange_m(const Block& sample) { return Median(sample.looks.range_m); }
+
+double LargestPosition_m(const Block& sample, const CorrectionModel& model, const Fit& fit) {
+  double largest_m = 0.0;
+  const ParameterLayout layout = MakeParameterLayout(sample, model.groups, model.priors);
+  for (int i = 0; i < layout.size(); ++i) {
+    if (layout.parameters[static_cast<std::size_t>(i)].kind != ParameterKind::kPosition) continue;
+    largest_m = std::max(largest_m, std::abs(fit.state.corrections[i]));
+  }
+  return largest_m;
 }
 
 /// The priors that the block would leave behind if they were wider: all of them are, by the factor
@@ -216,8 +238,10 @@ void AddTightPriors(const Facts& facts, Trials* trials, Hypotheses* out) {
     square += kind.square;
   }
   if (tight.empty()) return;
-  out->push_back(TightPriors(tight, priors));
-  out->back().value = std::log(factor * std::sqrt(square / priors));
+  Hypothesis tighter = TightPriors(tight, priors);
+  tighter.value = std::log(factor * std::sqrt(square / priors));
+  if (LargestPosition_m(sample, widened, best) > kLargestPathError * MedianRange_m(sample)) return;
+  out->push_back(std::move(tighter));
 }
 
 /// Takes the polynomial of this degree in their number off the coefficients of a spline, which are

@@ -581,16 +581,18 @@ double TimeSigma_s(const Block& block, std::size_t look) {
 }
 
 /// In the order of their times.
-std::vector<Sign> SignsOf(const Facts& facts, const std::string& pass, Coordinate measured) {
+std::vector<Sign> SignsOf(const Block& block,
+                          const SampleResiduals& residuals,
+                          const std::string& pass,
+                          Coordinate measured) {
   constexpr double kMinRedundancy = 0.02;
-  const Block& block = facts.sample.block;
   const Eigen::Index component = measured == Coordinate::kRange ? 0 : 1;
   std::vector<Sign> out;
   ForLooks(block, {pass}, [&](std::size_t i) {
     if (measured == Coordinate::kTime && block.MeasuresDoppler(i)) return;
     const double whitened_errors =
-        facts.residuals.whitened_errors(static_cast<Eigen::Index>(i), component);
-    const double redundancy = facts.residuals.redundancy(static_cast<Eigen::Index>(i), component);
+        residuals.whitened_errors(static_cast<Eigen::Index>(i), component);
+    const double redundancy = residuals.redundancy(static_cast<Eigen::Index>(i), component);
     const double sigma =
         measured == Coordinate::kRange ? block.SigmaOf(i).range_m : TimeSigma_s(block, i);
     if (!std::isfinite(whitened_errors) || !std::isfinite(sigma)) return;
@@ -714,12 +716,14 @@ Hypothesis TimeCorrelated(const Block& sample, Coordinate measured, TrajectoryEr
   out.kind = range ? MistakeKind::kRange : MistakeKind::kTime;
   out.cause = range ? "range.wander" : "time.wander";
   out.passes = trajectory_error->passes;
-  // Residuals are predicted less measured: what is added to a measurement undoes its error.
+  // Residuals are predicted less measured: what is added to a measurement undoes its error. Errors
+  // of times are solved for.
   out.undo = [trajectory_error, range](Block* block, double value) {
+    if (!range) return;
     ForLooks(*block, trajectory_error->passes, [&](std::size_t i) {
       Looks& looks = block->looks;
       const Curve& curve = trajectory_error->curves.at(block->passes[looks.pass[i]].id);
-      (range ? looks.range_m : looks.time_s)[i] += value * curve.At(looks.time_s[i]);
+      looks.range_m[i] += value * curve.At(looks.time_s[i]);
     });
   };
   out.parameters = trajectory_error->pieces;
@@ -775,19 +779,57 @@ Hypothesis TimeCorrelated(const Block& sample, Coordinate measured, TrajectoryEr
   return out;
 }
 
+/// Residuals show a part of an error and put another into the points and paths: what is left beside
+/// the curve that they show is added to it, as long as that takes more.
+Curve FollowRangeErrors(const Facts& facts, const std::string& pass, Curve curve, Trials* trials) {
+  constexpr int kMaxSteps = 5;
+  constexpr double kWorthAStep = 0.9, kPartForCurves = 0.8;
+  Curve best = curve;
+  // The first is to take half of what is too much (docs/theory/diagnosis.md, eq. (7)).
+  double least = 0.5 * (facts.before.SquareSum() + facts.before.redundancy) / kWorthAStep;
+  BlockState from = facts.before.state;
+  for (int step = 0; step < kMaxSteps && trials->work().Allows(kPartForCurves); ++step) {
+    const Hypothesis undone =
+        TimeCorrelated(facts.sample.block, Coordinate::kRange, Together({{pass, curve}}));
+    const bool near = step > 0 || facts.near();
+    Fit fit = trials->With(undone,
+                           undone.value,
+                           {.warm = near ? &from : nullptr,
+                            .effort = Effort::kQuick,
+                            .useless_above = kWorthAStep * least});
+    if (!fit.solved || !(fit.SquareSum() < kWorthAStep * least)) break;
+    best = curve;
+    least = fit.SquareSum();
+    from = fit.state;
+    Block block = trials->given();
+    undone.undo(&block, undone.value);
+    const SampleResiduals residuals = ResidualsOf(block, facts.corrections, fit);
+    std::vector<Sign> signs = SignsOf(block, residuals, pass, Coordinate::kRange);
+    for (Sign& sign : signs) sign.error += curve.At(sign.time_s);
+    auto next = FindCurve(signs);
+    if (!next) break;
+    curve = std::move(*next);
+  }
+  return best;
+}
+
 }  // namespace
 
-void AddTimeCorrelatedMistakes(const Facts& facts, Hypotheses* out) {
+void AddTimeCorrelatedMistakes(const Facts& facts, Trials* trials, Hypotheses* out) {
   if (!facts.before.solved) return;
   for (const Coordinate measured : {Coordinate::kRange, Coordinate::kTime}) {
     std::vector<std::pair<std::string, Curve>> curves;
     for (const Pass& pass : facts.sample.block.passes) {
-      auto curve = FindCurve(SignsOf(facts, pass.id, measured));
+      auto curve = FindCurve(SignsOf(facts.sample.block, facts.residuals, pass.id, measured));
       if (!curve) continue;
       // Times that are off by more than the strip drift nowhere.
       const auto [least, most] = std::minmax_element(curve->values.begin(), curve->values.end());
       if (measured == Coordinate::kTime && *most - *least > pass.end_s - pass.start_s) continue;
       curves.emplace_back(pass.id, std::move(*curve));
+    }
+    for (auto& [pass, curve] : curves) {
+      if (measured == Coordinate::kTime) break;
+      curve = FollowRangeErrors(facts, pass, std::move(curve), trials);
     }
     for (const auto& curve : curves) {
       out->push_back(TimeCorrelated(facts.sample.block, measured, Together({curve})));

@@ -25,6 +25,9 @@ constexpr std::size_t kFewestLooks = 12;
 constexpr double kHeavyTails = 4.2;
 /// Median size of a standard normal error, and the part of it that most errors have at least.
 constexpr double kMedianOfNormal = 0.6745, kPartOfMedian = 0.4;
+/// v'Pv over redundancy of all but the worst points below which these alone are as large as is
+/// said: a factor of five, which heavy tails do not make.
+constexpr double kSmallWithoutWorst = 0.04;
 /// Part of its own error that a residual has to show to be looked at.
 constexpr double kShownPart = 0.02;
 
@@ -218,6 +221,13 @@ std::string FindPattern(const Block& block,
                        std::string("residuals of the ") + word + " of all passes " + kCommon[k]});
     }
     if (all.size() >= kFewestLooks) tests.push_back(TestOfTails(all, much_larger, word));
+    double square = 0.0;
+    for (const double w : all) square += w * w;
+    const bool small = square < kSmallWithoutWorst * static_cast<double>(all.size());
+    if (!suspects.empty() && all.size() >= kFewestLooks && small) {
+      return std::string("errors of the ") + word + " of a few points are much larger than all " +
+             "others: blunders";
+    }
   }
   if (tests.empty()) return "";
   const double limit =

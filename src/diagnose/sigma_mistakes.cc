@@ -143,6 +143,7 @@ struct LogFactors {
   double ranges = 0.0, azimuths = 0.0, known_points = 0.0;
   bool found = false;  ///< they no longer change
   Fit fit;             ///< the solution with them
+  SampleResiduals residuals;
   double known_redundancy = 0.0;
   /// Sum of ln sigma^2 of the known points times their redundancy, on the way to them.
   double log_sigmas_known = 0.0;
@@ -177,7 +178,8 @@ LogFactors EstimateFactors(const Facts& facts, Groups groups, Trials* trials) {
   constexpr int kMostRounds = 12;
   LogFactors out;
   out.fit = facts.before;
-  SampleResiduals residuals = facts.residuals;
+  out.residuals = facts.residuals;
+  SampleResiduals& residuals = out.residuals;
   double step = 0.0;
   const auto grow = [&](double square, double redundancy, double* log_factor) {
     if (!(redundancy > 0.0) || !(square > 0.0)) return 0.0;
@@ -215,6 +217,22 @@ LogFactors EstimateFactors(const Facts& facts, Groups groups, Trials* trials) {
   return out;
 }
 
+/// Redundancy numbers of the measurements with these factors. Those of ResidualsOf() leave out
+/// what the corrections follow: together looks have what the block's redundancy has beside known
+/// points and priors.
+Eigen::MatrixX2d RedundancyWith(const LogFactors& factors, const Facts& facts, Trials* trials) {
+  Block block = trials->given();
+  Multiply(factors, &block);
+  const PriorSums priors = PriorsOf(block, facts.corrections, factors.fit);
+  Eigen::MatrixX2d out =
+      factors.residuals.redundancy.unaryExpr([](double r) { return std::isfinite(r) ? r : 0.0; });
+  const double of_looks =
+      factors.fit.counts.redundancy() - priors.redundancy - factors.residuals.known_redundancy;
+  const double alone = out.sum();
+  if (priors.known && of_looks > 0.0 && alone > of_looks) out *= of_looks / alone;
+  return out;
+}
+
 }  // namespace
 
 void AddSigmaMistakes(const Facts& facts, Trials* trials, Hypotheses* out) {
@@ -222,6 +240,10 @@ void AddSigmaMistakes(const Facts& facts, Trials* trials, Hypotheses* out) {
   const double s0 = std::sqrt(facts.before.square_sum / facts.before.redundancy);
   if (!(s0 > 0.0) || !std::isfinite(s0)) return;
   const LogFactors factors = EstimateFactors(facts, Groups::kLooks, trials);
+  LogFactors as_given;
+  as_given.fit = facts.before;
+  as_given.residuals = facts.residuals;
+  trials->WeighLogSigmas(RedundancyWith(factors.fit.solved ? factors : as_given, facts, trials));
   out->push_back(SquaredSigmas());
   const double both = factors.found ? 0.5 * (factors.ranges + factors.azimuths) : std::log(s0);
   out->push_back(ScaledSigma(block, {}, Measured::kBoth, std::exp(-both)));

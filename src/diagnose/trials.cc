@@ -194,12 +194,13 @@ bool CanFixPoint(const KnownPosition& known) {
   return Eigen::LLT<Eigen::Matrix3d>(known.covariance_enu_m2).info() == Eigen::Success;
 }
 
-/// Sum of ln sigma^2 of all measurements.
-double LogSigmas(const Block& block) {
+/// Sum of r ln sigma^2 of all measurements.
+double LogSigmas(const Block& block, const Eigen::MatrixX2d& redundancy) {
   double sum = 0.0;
   for (std::size_t i = 0; i < block.looks.size(); ++i) {
     const LookSigma sigma = block.SigmaOf(i);
-    sum += 2.0 * std::log(sigma.range_m * sigma.azimuth);
+    const auto r = redundancy.row(static_cast<Eigen::Index>(i));
+    sum += 2.0 * (r[0] * std::log(sigma.range_m) + r[1] * std::log(sigma.azimuth));
   }
   return sum;
 }
@@ -262,10 +263,9 @@ Fit Trials::With(const Hypothesis& hypothesis, double value, const FitOptions& o
   CorrectionModel corrections = corrections_;
   if (hypothesis.remodel) hypothesis.remodel(&corrections, value);
   Fit fit = Solve(block, corrections, options);
-  if (block.looks.size() == sample_.looks.size() && fit.looks > 0) {
-    const double part =
-        std::clamp(fit.redundancy / (2.0 * static_cast<double>(fit.looks)), 0.0, 1.0);
-    fit.log_sigmas = part * (LogSigmas(block) - LogSigmas(sample_)) + hypothesis.log_cost * value;
+  fit.log_sigmas = hypothesis.log_cost * value;
+  if (block.looks.size() == static_cast<std::size_t>(redundancy_.rows())) {
+    fit.log_sigmas += LogSigmas(block, redundancy_) - LogSigmas(sample_, redundancy_);
   }
   return fit;
 }

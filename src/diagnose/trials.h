@@ -31,8 +31,8 @@ struct Fit {
   ProblemCounts counts;
   std::size_t looks = 0;  ///< that have a place
   std::size_t lost = 0;   ///< looks without one, or whose point lies where they do not look to
-  /// Sum of ln sigma^2 of the measurements less that of the sample as it was given, times the
-  /// redundancy of a measurement.
+  /// Sum over the measurements of r ln sigma^2 less that of the sample as it was given, r their
+  /// redundancy numbers (Trials::WeighLogSigmas), and what wider priors cost.
   double log_sigmas = 0.0;
   int formed = 0;        ///< times that the system was formed
   bool settled = false;  ///< the solution converged
@@ -156,6 +156,9 @@ class Trials {
   /// What priors that are wider than their corrections put into the redundancy without residuals:
   /// taken off that of every fit from now on.
   void LeaveOutOfRedundancy(double empty_priors) { empty_priors_ = empty_priors; }
+  /// Redundancy numbers of the measurements of the looks, range and azimuth, by which other
+  /// standard deviations count from now on; before that they cost nothing.
+  void WeighLogSigmas(Eigen::MatrixX2d redundancy) { redundancy_ = std::move(redundancy); }
   /// Without the looks of some points.
   [[nodiscard]] Fit SolveWithout(const std::vector<std::uint32_t>& points,
                                  const FitOptions& options);
@@ -175,6 +178,7 @@ class Trials {
   CorrectionModel corrections_;
   Work work_;
   double empty_priors_ = 0.0;
+  Eigen::MatrixX2d redundancy_;
   std::size_t states_ = 0;  ///< recorded states of the passes, which every trial copies
   ProgressSink* progress_;
   int solutions_ = 0;

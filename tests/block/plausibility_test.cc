@@ -267,8 +267,50 @@ TEST(PlausibilityTest, DecimalsThatRoundMoreThanIsStatedAreNamed) {
     p_m = block.frame.FrameFromGeodetic(at);
   }
   EXPECT_THAT(ExaminePlausibility(block),
-              Contains(HasSubstr("latitudes and longitudes of known points are multiples of 0.0001 "
-                                 "deg: rounding alone is 3.2")));
+              ElementsAre(HasSubstr("lat_deg of known points are multiples of 0.0001 deg: rounding "
+                                    "alone is 3.2"),
+                          HasSubstr("lon_deg of known points are multiples of 0.0001 deg")));
+}
+
+/// Rounds a coordinate of all known points.
+void RoundKnown(const std::function<void(Geodetic*, Eigen::Vector3d*)>& round, Block* block) {
+  for (const KnownPosition& known : block->points.known) {
+    Eigen::Vector3d& p_m = block->points.given_m[known.point];
+    Geodetic at = block->frame.GeodeticFromFrame(p_m);
+    Eigen::Vector3d rounded_m = p_m;
+    round(&at, &rounded_m);
+    p_m = rounded_m == p_m ? block->frame.FrameFromGeodetic(at) : rounded_m;
+  }
+}
+
+// Rounding to a metre is 0.289 m. Standard deviations are 0.31, 0.47 and 0.83 m east, north and up:
+// 0.289 is more than half of the first two and less than that of the third.
+TEST(PlausibilityTest, DecimalsOfKnownPointsAreNamedByColumn) {
+  const Block right = RightBlock(test::OrbitPlan());
+  ASSERT_GE(right.points.known.size(), 5U);
+  Block block = right;
+  RoundKnown([](Geodetic* at, Eigen::Vector3d*) { at->h_m = std::round(at->h_m); }, &block);
+  EXPECT_THAT(ExaminePlausibility(block), IsEmpty());
+  for (KnownPosition& known : block.points.known) known.covariance_enu_m2(2, 2) = 0.31 * 0.31;
+  EXPECT_THAT(
+      ExaminePlausibility(block),
+      ElementsAre(HasSubstr("h_m of known points are multiples of 1 m: rounding alone is 0.2887")));
+  // Flat ground is round and not rounded.
+  RoundKnown([](Geodetic* at, Eigen::Vector3d*) { at->h_m = 140.0; }, &block);
+  EXPECT_THAT(ExaminePlausibility(block),
+              testing::Not(Contains(HasSubstr("h_m of known points are multiples"))));
+  for (const int axis : {0, 1, 2}) {
+    block = right;
+    for (KnownPosition& known : block.points.known) {
+      known.covariance_enu_m2 = 0.31 * 0.31 * Eigen::Matrix3d::Identity();
+    }
+    EXPECT_THAT(ExaminePlausibility(block), IsEmpty());
+    RoundKnown([axis](Geodetic*, Eigen::Vector3d* p_m) { (*p_m)[axis] = std::round((*p_m)[axis]); },
+               &block);
+    const std::string column =
+        std::string(1, "xyz"[axis]) + "_m of known points are multiples of 1 m";
+    EXPECT_THAT(ExaminePlausibility(block), ElementsAre(HasSubstr(column)));
+  }
 }
 
 }  // namespace

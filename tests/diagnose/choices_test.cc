@@ -4,6 +4,7 @@
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/diagnose/diagnose.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <string>
@@ -87,6 +88,34 @@ TEST(ChoicesTest, PriorsThatAreTooTightAreNamedWithTheirFactor) {
   // The paths are off by 30, 100 and 10 m (standard deviations of the scene).
   EXPECT_GT(first.value, 3.0);
   EXPECT_LT(first.value, 100.0);
+}
+
+// The steps of a stiff process are sigma sqrt(2 h / T) where T is long, and what the flights do
+// asks for one size of them: with T ten times as long the priors are sqrt(10) times tighter. As
+// many times as large as their own standard deviations the coefficients themselves would be in
+// both.
+TEST(ChoicesTest, AProcessThatIsTooStiffIsTooTightByItsSteps) {
+  const test::SceneBlock scene = MadeScene("convergent-squint");
+  double longest_s = 0.0;
+  for (const Pass& pass : scene.block.passes) {
+    longest_s = std::max(longest_s, pass.end_s - pass.start_s);
+  }
+  std::vector<double> factors;
+  for (const double strips : {1e4, 1e5}) {
+    PositionCorrection position;
+    position.basis = PositionCorrection::Basis::kSpline;
+    position.knot_spacing_s = longest_s / 7.0;
+    position.prior_sigma_m.fill({30.0});
+    position.process = PositionCorrection::Process::kGaussMarkov;
+    position.correlation_time_s = strips * longest_s;
+    AdjustOptions options;
+    options.corrections = CorrectionChoice::kGiven;
+    options.groups = {{"position", position, {}, false}};
+    const Explained stiff = Explain(scene.block, options);
+    ASSERT_EQ(stiff.cause(), "model.priors") << strips << ": " << stiff.first();
+    factors.push_back(stiff.diagnosis.explanations.front().value);
+  }
+  EXPECT_NEAR(factors[1] / factors[0], std::sqrt(10.0), 0.1);
 }
 
 TEST(ChoicesTest, KilometresForMetresAreAThousandTimesTooTight) {

@@ -41,13 +41,6 @@ std::uint64_t Draws(std::uint64_t without) {
   return text == nullptr ? without : std::strtoull(text, nullptr, 10);
 }
 
-const Plant& PlantNamed(const std::string& name) {
-  for (const Plant& plant : test::Plants()) {
-    if (plant.name == name) return plant;
-  }
-  throw InputError("plant", "none is called " + name);
-}
-
 class MistakesOfScene : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(MistakesOfScene, AreNamedFirstInNineOfTen) {
@@ -229,7 +222,7 @@ TEST(DiagnoseTest, DoesNoMoreThanItsBoundHoweverBadTheBlock) {
   for (const auto& [name, mistake] : kDearMistakes) {
     test::TrialBlock made = test::MakeTrialBlock(name, 5);
     RandomStream random(1, 2);
-    static_cast<void>(PlantNamed(mistake).make(&made.block, &random));
+    static_cast<void>(test::PlantNamed(mistake).make(&made.block, &random));
     const auto looks = static_cast<double>(made.block.looks.size());
     const Diagnosis diagnosis = Diagnose(made.block, made.options);
     EXPECT_GE(diagnosis.max_work, 27.5 * looks) << name;
@@ -260,7 +253,7 @@ TEST(DiagnoseTest, SaysTheSameWithAnyNumberOfThreads) {
   for (const auto& [name, mistake] : kDearMistakes) {
     test::TrialBlock made = test::MakeTrialBlock(name, 7);
     RandomStream random(3, 4);
-    static_cast<void>(PlantNamed(mistake).make(&made.block, &random));
+    static_cast<void>(test::PlantNamed(mistake).make(&made.block, &random));
     made.options.threads = 1;
     const Diagnosis one = Diagnose(made.block, made.options);
     made.options.threads = 3;
@@ -303,7 +296,7 @@ class StoppingSink : public ProgressSink {
 TEST(DiagnoseTest, EndsWhereTheUserInterrupts) {
   test::TrialBlock made = test::MakeTrialBlock("earth-asc-desc", 3);
   RandomStream random(1, 2);
-  static_cast<void>(PlantNamed("times of a pass reversed").make(&made.block, &random));
+  static_cast<void>(test::PlantNamed("times of a pass reversed").make(&made.block, &random));
   for (const int calls : {0, 10, 100}) {
     StoppingSink sink(calls);
     EXPECT_THROW(static_cast<void>(Diagnose(made.block, made.options, &sink)), Interrupted);
@@ -331,7 +324,7 @@ class MistakesOfPublicReports
 
 TEST_P(MistakesOfPublicReports, AreNamedFirst) {
   const auto& [plant, block] = GetParam();
-  const test::TrialResult result = test::RunTrial(block, PlantNamed(plant), 3);
+  const test::TrialResult result = test::RunTrial(block, test::PlantNamed(plant), 3);
   std::string said;
   for (const std::string& text : result.diagnosis.Sentences()) said += text + "\n";
   EXPECT_EQ(static_cast<int>(result.outcome), static_cast<int>(Outcome::kFirst)) << said;

@@ -49,18 +49,19 @@ Arguments Read(int count, char** values) {
   return out;
 }
 
-using Counts = std::array<int, 6>;
+using Counts = std::array<int, 7>;
 
 void Print(const std::string& name, const Counts& counts) {
-  const int seen = counts[1] + counts[2] + counts[3] + counts[4];
-  std::printf("| %s | %d | %d | %d | %d | %d | %d | %.0f %% |\n",
+  const int seen = counts[1] + counts[2] + counts[3] + counts[4] + counts[5];
+  std::printf("| %s | %d | %d | %d | %d | %d | %d | %d | %.0f %% |\n",
               name.c_str(),
-              seen + counts[5],
-              counts[5],
+              seen + counts[6],
+              counts[6],
               counts[1],
               counts[2],
               counts[3],
               counts[4],
+              counts[5],
               seen > 0 ? 100.0 * counts[1] / seen : 100.0);
   std::fflush(stdout);
 }
@@ -153,8 +154,9 @@ int main(int count, char** values) {
   }
   Counts all{};
   std::map<std::string, Times> times;
-  std::printf("| mistake | blocks | unseen | first | later | wrong | silent | first of seen |\n");
-  std::printf("| --- | --- | --- | --- | --- | --- | --- | --- |\n");
+  std::printf(
+      "| mistake | blocks | unseen | first | tied | later | wrong | silent | first of seen |\n");
+  std::printf("| --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
   for (const Plant& plant : sarblock::test::Plants()) {
     if (plant.name.find(arguments.plant) == std::string::npos) continue;
     Counts counts{};

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "plants.h"
 
+#include "sarblock/core/error.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -416,6 +418,13 @@ const std::vector<Plant>& Plants() {
     return all;
   }();
   return plants;
+}
+
+const Plant& PlantNamed(const std::string& name) {
+  for (const Plant& plant : Plants()) {
+    if (plant.name == name) return plant;
+  }
+  throw InputError("plant", "none is called " + name);
 }
 
 const std::vector<Plant>& UnlistedErrors() {

@@ -28,6 +28,8 @@ struct Plant {
 
 /// Every mistake of the table in docs/validation.md.
 [[nodiscard]] const std::vector<Plant>& Plants();
+/// That of Plants() with this name; throws InputError for none.
+[[nodiscard]] const Plant& PlantNamed(const std::string& name);
 /// Errors that no hypothesis describes.
 [[nodiscard]] const std::vector<Plant>& UnlistedErrors();
 

@@ -50,9 +50,12 @@ Outcome OutcomeOf(const Diagnosis& diagnosis, const Planted& planted) {
     return Outcome::kSilent;
   }
   for (std::size_t i = 0; i < diagnosis.explanations.size(); ++i) {
-    if (IsRight(diagnosis.explanations[i], planted)) {
-      return i == 0 ? Outcome::kFirst : Outcome::kListed;
-    }
+    const Explanation& reported = diagnosis.explanations[i];
+    if (!IsRight(reported, planted)) continue;
+    if (i == 0) return Outcome::kFirst;
+    const bool tied =
+        reported.sentence.find("does not tell it from the first") != std::string::npos;
+    return tied ? Outcome::kTied : Outcome::kListed;
   }
   if (!diagnosis.explanations.empty()) return Outcome::kWrong;
   return diagnosis.contradicts ? Outcome::kSilent : Outcome::kUnseen;

@@ -30,6 +30,7 @@ struct TrialBlock {
 enum class Outcome {
   kNotApplicable,  ///< the block does not have what the mistake needs
   kFirst,          ///< the right sentence stands first
+  kTied,           ///< it stands after others from which the sample does not tell it
   kListed,         ///< it stands after another one
   kWrong,          ///< other sentences alone
   kSilent,         ///< the block is seen to contradict itself, and nothing is said
