@@ -265,4 +265,82 @@ PointSteps SubstituteBack(const AdjustmentProblem& problem,
   return out;
 }
 
+namespace {
+
+/// sum += J_c' by of two rows over the columns of a look.
+template <typename Rows>
+void AddSide(const ParameterLayout& layout,
+             const LookColumns& columns,
+             const Rows& rows,
+             const Eigen::Vector2d& by,
+             Eigen::VectorXd* sum) {
+  std::size_t local = 0;
+  for (int b = 0; b < columns.block_count; ++b) {
+    const ParameterBlock& block =
+        layout.blocks[static_cast<std::size_t>(columns.block[static_cast<std::size_t>(b)])];
+    for (int c = 0; c < block.size; ++c, ++local) {
+      (*sum)[block.offset + c] += rows[0][local] * by[0] + rows[1][local] * by[1];
+    }
+  }
+}
+
+}  // namespace
+
+Eigen::VectorXd BendOfStep(const AdjustmentProblem& problem,
+                           const BlockState& state,
+                           const Weighting& weighting,
+                           double damping,
+                           const Eigen::VectorXd& dx,
+                           const std::vector<Eigen::Vector3d>& stepped_m) {
+  // A sum of as many numbers as there are corrections each.
+  constexpr std::size_t kMaxSums = 64;
+  const std::size_t points = problem.block.points.size();
+  const std::size_t per_sum = std::max(kPointsPerChunk, (points + kMaxSums - 1) / kMaxSums);
+  std::vector<Eigen::VectorXd> sums((points + per_sum - 1) / per_sum);
+  const BackSubstitution substitution{problem, state, weighting, damping, dx};
+  const Eigen::VectorXd stepped = state.corrections + dx;
+  ParallelForChunks(points, per_sum, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
+    Eigen::VectorXd& sum = sums[chunk];
+    sum.setZero(dx.size());
+    PointFactor factor;
+    std::vector<Eigen::Vector2d> bend;  // by look
+    for (std::size_t point = begin; point < end; ++point) {
+      if (!problem.Solves(point)) continue;
+      FactorPoint(problem, state, weighting, damping, point, &factor);
+      const Eigen::Vector3d step_m = stepped_m[point] - state.displacement_m[point];
+      Eigen::Vector3d side = Eigen::Vector3d::Zero();
+      bend.clear();
+      for (int k = 0; k < factor.look_count; ++k) {
+        const WhitenedLook& look = factor.looks[static_cast<std::size_t>(k)];
+        std::array<double, ParameterLayout::kMaxLocalColumns> local;
+        GatherColumns(problem.layout, look.columns, stepped, local.data());
+        const LookState after{
+            look.look, look.columns, state.start_m[point], stepped_m[point], local.data()};
+        LookEvaluation there;
+        bend.emplace_back(Eigen::Vector2d::Zero());
+        if (!problem.model.Evaluate(after, problem.weights[look.look], &there)) continue;
+        bend.back() = there.whitened_error - look.whitened_error - look.d_point * step_m -
+                      substitution.Along(look.columns, look.row);
+        side += look.d_point.transpose() * bend.back();
+      }
+      const Eigen::Vector3d y = factor.r.triangularView<Eigen::Upper>().transpose().solve(side);
+      const Eigen::Vector3d followed_m = factor.r.triangularView<Eigen::Upper>().solve(y);
+      if (!followed_m.allFinite()) continue;
+      for (int k = 0; k < factor.look_count; ++k) {
+        const WhitenedLook& look = factor.looks[static_cast<std::size_t>(k)];
+        const Eigen::Vector2d left = bend[static_cast<std::size_t>(k)] - look.d_point * followed_m;
+        AddSide(problem.layout, look.columns, look.row, left, &sum);
+      }
+      for (int k = 0; k < factor.curved_count; ++k) {
+        const CurvedRows& rows = factor.curved[static_cast<std::size_t>(k)];
+        const Eigen::Vector2d left = -rows.sign.cwiseProduct(rows.d_point * followed_m);
+        AddSide(problem.layout, *rows.columns, rows.row, left, &sum);
+      }
+    }
+  });
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(dx.size());
+  for (const Eigen::VectorXd& sum : sums) out += sum;
+  return out;
+}
+
 }  // namespace sarblock

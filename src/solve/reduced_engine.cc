@@ -14,46 +14,6 @@
 
 namespace sarblock {
 
-void StepHistory::Add(const Eigen::VectorXd& moved,
-                      const Eigen::VectorXd& change,
-                      const Eigen::VectorXd& weight) {
-  if (!(moved.squaredNorm() > 0.0) || !change.allFinite()) return;
-  unit_ = weight.cwiseSqrt();
-  contraction_ = unit_.cwiseProduct(moved + change).norm() / unit_.cwiseProduct(moved).norm();
-  differences_.push_front({moved, change});
-  if (differences_.size() > kMax) differences_.pop_back();
-}
-
-Eigen::VectorXd StepHistory::Accelerate(const Eigen::VectorXd& step) const {
-  // A difference of which less than this part is new beside newer ones adds nothing.
-  constexpr double kMinNewPart = 1e-8;
-  if (differences_.empty()) return step;
-  Eigen::VectorXd rest = unit_.cwiseProduct(step);
-  Eigen::VectorXd out = step;
-  // Gram-Schmidt; each basis vector with the move that belongs to it.
-  std::vector<Eigen::VectorXd> basis, moves;
-  for (const Difference& difference : differences_) {
-    Eigen::VectorXd column = unit_.cwiseProduct(difference.change);
-    Eigen::VectorXd move = difference.moved + difference.change;
-    const double length = column.norm();
-    for (int pass = 0; pass < 2; ++pass) {
-      for (std::size_t k = 0; k < basis.size(); ++k) {
-        const double along = basis[k].dot(column);
-        column -= along * basis[k];
-        move -= along * moves[k];
-      }
-    }
-    const double left = column.norm();
-    if (!(left > kMinNewPart * length)) continue;
-    basis.emplace_back(column / left);
-    moves.emplace_back(move / left);
-    const double theta = basis.back().dot(rest);
-    rest -= theta * basis.back();
-    out -= theta * moves.back();
-  }
-  return out.allFinite() ? out : step;
-}
-
 double ToleranceFor(double tolerance, const AdjustmentProblem& problem) {
   const double share = 1e-3 * static_cast<double>(problem.block.points.size());
   return tolerance * std::clamp(share, 1e-2, 1.0);
@@ -112,16 +72,17 @@ constexpr double kWeightsKept = 1e-6;
 constexpr double kSettledAnyway = 1e-6;
 /// A step must take this part of what it promises off the cost.
 constexpr double kMinGain = 0.1;
-/// Newton decrement, in sigmas over all unknowns, from which on steps are accelerated; trials with
-/// what refused ones have taught before more damping is tried.
-constexpr double kAccelerated = 10.0;
-constexpr int kMaxSecantTrials = 2;
-/// The same from which on second derivatives are taken into account where steps creep: farther off
-/// they often leave no minimum.
+/// Newton decrement, in sigmas over all unknowns, from which on second derivatives are taken into
+/// account where steps creep: farther off they often leave no minimum.
 constexpr double kCurved = 1.0;
+/// Most that a step may bend (BendOfStep), as a part of its length: with more it is longer than
+/// its second order holds (Transtrum and Sethna 2012 ask for 0.375). Below the second part it is
+/// straight again.
+constexpr double kMaxBend = 0.5;
+constexpr double kStraight = 0.01;
 /// A step that leaves more than this part of the one before shows a direction that creeps.
 constexpr double kSlow = 0.3;
-/// Shorter steps are too near rounding to say how the equations bend.
+/// Shorter steps are too near rounding to say whether they creep.
 constexpr double kMinLearned = 1e-5;
 /// Own steps of points that are left to the step of all unknowns, as a part of that step's share of
 /// a point, in sigmas.
@@ -177,6 +138,11 @@ struct Newton {
   bool curved = false;  ///< second derivatives of the looks taken into account
 };
 
+/// Length of a step in units of what each correction would be known to alone.
+double LengthOf(const Eigen::VectorXd& step, const ReducedSystem& system) {
+  return system.full_diagonal().cwiseSqrt().cwiseProduct(step).norm();
+}
+
 }  // namespace
 
 SolveReport SolveReduced(const AdjustmentProblem& problem,
@@ -189,13 +155,14 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
   ReducedSystem& system = *formed;
   // Reweighting brings a solution near from anywhere and then creeps; second order finishes it.
   Weighting weighting = asked;
-  double damping = options.undamped ? 0.0 : kFirstDamping;
+  double& damping = report.damping;
+  damping = options.undamped ? 0.0 : std::max(kFirstDamping, options.damping);
   double settle_below = kMaxOwnStep;
   int refused = 0;
   std::string left_text;
   ProgressOfSteps steps_so_far;
-  StepHistory history;
   Newton newton;
+  double contraction = 0.0;  // Newton decrement over that of the step before
   bool curved = false;
   bool plain = false;  // without second derivatives at the present state
   const auto form = [&](BlockState* at, double with_damping) {
@@ -226,7 +193,7 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
   };
   // Forms the state as it is and its step, damped as much as that takes.
   const auto restart = [&] {
-    history.Clear();
+    contraction = 0.0;
     while (!form_and_solve(state, damping, &newton)) {
       damping *= 10.0;
       if (options.undamped || damping > kMaxDamping || report.formed >= options.max_formed) {
@@ -244,6 +211,9 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
   }
   int refused_in_turn = 0;
   bool slow = false;
+  bool bends = false;
+  const bool least_squares = weighting.loss == RobustLoss::kNone;
+  const bool can_bend = least_squares && problem.layout.size() > 0;
   // Newton decrement where the weights of whole steps were formed.
   double weights_decrement = asked.renewed == nullptr ? 0.0 : newton.decrement;
   for (int trial = 0; trial <= 4 * options.max_iterations; ++trial) {
@@ -262,7 +232,7 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     }
     // Where large residuals meet bent equations each step is a part of the one before: what is left
     // is the sum of all to come.
-    report.decrement = left / (1.0 - std::min(history.contraction(), kMaxContraction));
+    report.decrement = left / (1.0 - std::min(contraction, kMaxContraction));
     const bool settled = report.decrement <= options.settle_below ||
                          (left <= options.settle_below && refused_in_turn > 0);
     if (settled && options.undamped &&
@@ -300,24 +270,36 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     }
     // Steps near rounding creep by it.
     const bool creeps = slow && left > kMinLearned;
-    const bool least_squares = weighting.loss == RobustLoss::kNone;
     if ((creeps || options.curved) && least_squares && !curved && left <= kCurved) {
       report.curved = curved = true;
       slow = false;
       if (!restart()) break;
       continue;
     }
-    const bool accelerated =
-        left <= kAccelerated && history.size() > 0 && (slow || refused_in_turn > 0);
-    const Eigen::VectorXd dx = accelerated ? history.Accelerate(newton.step) : newton.step;
+    const Eigen::VectorXd& dx = newton.step;
     PointSteps steps = SubstituteBack(problem, *state, weighting, damping, dx);
-    const double predicted =
-        accelerated ? 0.5 * left * left : steps.predicted_decrease + system.PredictedDecrease(dx);
+    const double predicted = steps.predicted_decrease + system.PredictedDecrease(dx);
     BlockState next;
     next.displacement_m = std::move(steps.displacement_m);
     next.corrections = state->corrections + dx;
+    double bend_part = 0.0;
+    if (bends) {
+      const Eigen::VectorXd bend = -system.SolveFor(
+          BendOfStep(problem, *state, weighting, damping, dx, next.displacement_m));
+      bend_part = LengthOf(bend, system) / LengthOf(dx, system);
+      if (bend_part <= kMaxBend) {
+        next.corrections += bend;
+      } else if (!options.undamped && damping < kMaxDamping) {
+        ++refused_in_turn;
+        damping *= 10.0;
+        if (!restart()) break;
+        continue;
+      }
+    }
     next.start_m.swap(state->start_m);
-    const double next_damping = options.undamped ? 0.0 : std::max(kMinDamping, 0.1 * damping);
+    // What was just found to be too little is not tried again at once.
+    const double lower = refused_in_turn > 0 ? damping : 0.1 * damping;
+    const double next_damping = options.undamped ? 0.0 : std::max(kMinDamping, lower);
     // Weights follow steps that shrink by themselves, and whole ones near the end. Else costs are
     // compared at the same weights.
     const bool shrinks = !options.undamped && !slow && !curved && refused_in_turn == 0;
@@ -338,8 +320,6 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     const double rounding = weighting.renewed == nullptr ? kUnclear : kUnclearRenewed;
     const bool unclear = other_weights || std::abs(gain) <= rounding * report.final_cost + 1e-12;
     const bool better = solved && (unclear ? there.decrement < left : gain > kMinGain * predicted);
-    if (solved && left > kMinLearned)
-      history.Add(dx, there.step - newton.step, system.full_diagonal());
     if (better) {
       state->displacement_m.swap(next.displacement_m);
       state->corrections = next.corrections;
@@ -347,6 +327,8 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       report.formed_at_state = !there.curved;
       damping = next_damping;
       slow = (slow && !curved) || there.decrement > kSlow * left;
+      contraction = there.decrement / left;
+      bends = can_bend && (slow || bend_part > kStraight);
       if (follow) weights_decrement = there.decrement;
       newton = std::move(there);
       ++report.iterations;
@@ -357,11 +339,9 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     report.formed_at_state = false;
     if (system.looks_not_evaluated() > 0) ++refused;
     ++refused_in_turn;
-    // What was learned of the equations there may give a better step from here.
-    if (solved && left <= kAccelerated && refused_in_turn <= kMaxSecantTrials) {
-      // With the weights of the present state again, which the refused one had changed.
-      if (shrinks && weighting.renewed != nullptr && !form_and_solve(state, damping, &newton))
-        break;
+    // The same step again, along the curve that the equations bend it to.
+    if (solved && can_bend && !std::exchange(bends, true)) {
+      if (!restart()) break;
       continue;
     }
     // Second derivatives reach less far than first ones where they nearly cancel.

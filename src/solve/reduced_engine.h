@@ -5,7 +5,6 @@
 #include "sarblock/model/options.h"
 
 #include <cstddef>
-#include <deque>
 #include <limits>
 #include <string>
 
@@ -24,7 +23,8 @@ struct SolveReport {
   bool formed_at_state = false;  ///< the system is that of the state; of SolveReduced
   /// Steps crept until second derivatives were taken into account; of SolveReduced.
   bool curved = false;
-  bool creeps = false;  ///< ended where steps creep; of SolveWithCeres
+  bool creeps = false;   ///< ended where steps creep; of SolveWithCeres
+  double damping = 0.0;  ///< at the end; of SolveReduced
   double initial_cost = 0.0;
   double final_cost = 0.0;
   /// Newton decrement at the end in sigmas, steps to come included.
@@ -40,6 +40,8 @@ struct SolveOptions {
   /// Whole Newton steps, nothing damped: for the finish, from a state that is near. Ends where they
   /// lower the cost no more.
   bool undamped = false;  ///< of SolveReduced
+  /// First damping, where it is more than the least that a solution begins with; of SolveReduced.
+  double damping = 0.0;
   /// Each step of the corrections is judged after every point has followed it.
   bool points_follow = true;  ///< of SolveReduced
   /// Takes second derivatives into account (Weighting::curved) wherever the decrement is small
@@ -55,43 +57,6 @@ struct SolveOptions {
   /// given up where four times
   /// what the next Newton step promises (the equations are bent) would not bring it there.
   double useless_above = std::numeric_limits<double>::infinity();  ///< of SolveReduced
-};
-
-/// Newton steps s(x) of the corrections at several states x, and from them a step that takes their
-/// change into account (Anderson 1965; Walker and Ni 2011, SIAM J. Numer. Anal. 49(4)):
-///
-///     dx = s - sum_j theta_j (dx_j + ds_j),    theta: |s - sum_j theta_j ds_j| least
-///
-/// dx_j from one state to another, ds_j the change of the Newton step between them. Gauss-Newton
-/// steps neglect what residuals times the curvature of the equations add to the second derivatives;
-/// in a direction that is known to some ten metres only that is as much as all the rest, and each
-/// step is then a fixed part of the one before, or of the other sign. A few differences hold those
-/// few directions.
-class StepHistory {
- public:
-  /// Differences kept.
-  static constexpr std::size_t kMax = 8;
-
-  void Clear() { differences_.clear(); }
-  [[nodiscard]] std::size_t size() const { return differences_.size(); }
-  /// A step `moved` changed the Newton step by `change`. `weight`: by correction, the square of 1
-  /// over the unit in which steps are compared.
-  void Add(const Eigen::VectorXd& moved,
-           const Eigen::VectorXd& change,
-           const Eigen::VectorXd& weight);
-  /// The step to take where the Newton step is `step`.
-  [[nodiscard]] Eigen::VectorXd Accelerate(const Eigen::VectorXd& step) const;
-  /// What part of the one before a Newton step without acceleration would be, by the last
-  /// difference; 0 without one.
-  [[nodiscard]] double contraction() const { return size() == 0 ? 0.0 : contraction_; }
-
- private:
-  struct Difference {
-    Eigen::VectorXd moved, change;
-  };
-  std::deque<Difference> differences_;  // the newest first
-  Eigen::VectorXd unit_;
-  double contraction_ = 0.0;
 };
 
 /// A tolerance for a block of so many points: few unknowns share what is left among them, and one
@@ -130,10 +95,12 @@ class ProgressOfSteps {
 /// recomputed, not stored; memory beyond the block is 24 bytes per point and S.
 ///
 /// Damping (Marquardt 1963): lambda times the diagonal of J'J on every unknown, a tenth after a
-/// step that lowers the cost, tenfold after one that does not. Ends when the Newton decrement is
-/// below options.settle_below sigmas over all unknowns together, or below the rounding of the
-/// cost. The solution is that of SolveWithCeres to a small part of a sigma. Updates
-/// `state`. Throws Interrupted if the sink was cancelled.
+/// step that lowers the cost, tenfold after one that does not. Where steps creep or are refused
+/// they follow the curve to which the equations bend them (BendOfStep): in a direction that is
+/// known to some hundred metres only, the line that they begin with leaves it. Ends when the Newton
+/// decrement is below options.settle_below sigmas over all unknowns together, or below the rounding
+/// of the cost. The solution is that of SolveWithCeres to a small part of a sigma. Updates `state`.
+/// Throws Interrupted if the sink was cancelled.
 [[nodiscard]] SolveReport SolveReduced(const AdjustmentProblem& problem,
                                        const Weighting& weighting,
                                        const SolveOptions& options,

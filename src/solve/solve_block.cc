@@ -150,6 +150,7 @@ void AddTo(const SolveReport& part, SolveReport* total) {
   total->iterations += part.iterations;
   total->curved = total->curved || part.curved;
   total->converged = part.converged;
+  if (part.formed > 0) total->damping = part.damping;
   total->final_cost = part.final_cost;
   total->message = part.message;
 }
@@ -168,6 +169,7 @@ void FollowTimeBiases(const Weighting& weighting,
   one.max_iterations = 1;
   one.settle_below = kApproached;
   for (int step = 0; step < kMaxFollowingSteps && total->iterations + 1 < allowed; ++step) {
+    one.damping = total->damping;
     const SolveReport report = SolveReduced(*problem, weighting, one, system, state, progress);
     AddTo(report, total);
     problem->model.Anchor(state->corrections, kAnchorSlack, Anchors::kNoisy);
@@ -209,6 +211,7 @@ SolveReport SolveRounds(const Weighting& weighting,
     solve.curved = total.curved;
     solve.max_iterations = std::max(1, allowed - total.iterations);
     solve.threads = options.threads;
+    solve.damping = total.damping;
     // The engine that was asked for comes near; what is left is the reduced engine's: least squares
     // are finished by steps that need no damping, a loss by second derivatives.
     const bool approach = round == 0;

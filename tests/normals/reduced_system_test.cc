@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "normals/back.h"
 #include "solve/rank.h"
 #include "support/dense_normals.h"
 #include "support/small_blocks.h"
@@ -181,6 +182,48 @@ TEST(SecondDerivativesTest, CountTheAccelerationOfCorrections) {
   ASSERT_TRUE(curved.FactorDamped());
   const double left = (curved.Step() - expected).norm();
   EXPECT_LT(left, 0.02 * (plain.Step() - expected).norm()) << left;
+}
+
+// Second route: what is left of all equations after a step of some ten metres, and the dense
+// least-squares solution of that with the Jacobian from before the step.
+TEST(BendOfStepTest, GivesTheDenseStepAgainstWhatAStepLeaves) {
+  for (const bool orbits : {false, true}) {
+    SCOPED_TRACE(orbits);
+    test::KnownBlock known =
+        test::MakeBlock(orbits ? test::OrbitPlan(13.1) : test::AircraftPlan(7.9));
+    test::AddKnownPoint(1, {0.31, 0.47, 0.39}, &known);
+    test::AddKnownPoint(5, {0.31, 0.47, 0.59}, &known);
+    test::AddKnownPoint(8, {0.41, 0.57, 0.29}, &known);
+    AdjustmentProblem problem(known.block, {Position(3, 20.7)});
+    const BlockState state = StateOf(known, &problem, 1.7);
+    ReducedSystem system(problem);
+    system.Form(state, {}, nullptr);
+    ASSERT_TRUE(system.FactorDamped());
+    const Eigen::VectorXd dx =
+        Eigen::VectorXd::LinSpaced(problem.layout.size(), -30.0, 45.0) + system.Step();
+    BlockState after = state;
+    after.displacement_m = SubstituteBack(problem, state, {}, 0.0, dx).displacement_m;
+    after.corrections += dx;
+    const test::DenseEquations here = test::MakeDenseEquations(problem, state);
+    const test::DenseEquations there = test::MakeDenseEquations(problem, after);
+    Eigen::VectorXd step(here.jacobian.cols());
+    step.tail(dx.size()) = dx;
+    for (std::size_t point = 0; point < here.column_of_point.size(); ++point) {
+      step.segment<3>(here.column_of_point[point]) =
+          after.displacement_m[point] - state.displacement_m[point];
+    }
+    const Eigen::VectorXd left = there.residual - here.residual - here.jacobian * step;
+    const Eigen::VectorXd length = here.jacobian.colwise().norm();
+    const Eigen::MatrixXd scaled = here.jacobian * length.cwiseInverse().asDiagonal();
+    const Eigen::VectorXd expected =
+        -(length.cwiseInverse().asDiagonal() * scaled.householderQr().solve(left))
+             .eval()
+             .tail(dx.size());
+    const Eigen::VectorXd bend =
+        -system.SolveFor(BendOfStep(problem, state, {}, 0.0, dx, after.displacement_m));
+    EXPECT_GT(expected.norm(), 1e-3 * dx.norm());
+    EXPECT_LT((bend - expected).norm(), 1e-8 * expected.norm());
+  }
 }
 
 // Definition: ratio of the extreme eigenvalues of S scaled to unit diagonal; the estimate comes

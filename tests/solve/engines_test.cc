@@ -342,25 +342,6 @@ TEST(PointsFollowTest, APointIsMovedUntilItIsSettled) {
   EXPECT_GT(moved, 100U);
 }
 
-// Closed form: where the Newton step is a linear map of the place, s = -M x, as many differences as
-// there are slow directions give the step to its zero.
-TEST(StepHistoryTest, EndsALinearMapOfFewSlowDirections) {
-  const Eigen::Vector4d part(0.08, 2.7, 1.0, 1.0);  // of the way: creeps, overshoots, two are exact
-  const Eigen::Vector4d weight(3.1, 0.2, 17.0, 1.3);
-  Eigen::VectorXd x = Eigen::Vector4d(7.3, -2.9, 11.1, 0.7);
-  const auto step = [&](const Eigen::VectorXd& at) -> Eigen::VectorXd {
-    return -part.cwiseProduct(at);
-  };
-  StepHistory history;
-  EXPECT_EQ(history.Accelerate(step(x)), step(x));
-  for (int k = 0; k < 3; ++k) {
-    const Eigen::VectorXd moved = history.Accelerate(step(x));
-    history.Add(moved, step(x + moved) - step(x), weight);
-    x += moved;
-  }
-  EXPECT_LT((x + history.Accelerate(step(x))).norm(), 1e-9);
-}
-
 // A solution that is done at a rough tolerance needs its weights formed once, not until they are
 // those of a finer one.
 TEST(ReducedEngineTest, FormsNoMoreForALooserTolerance) {
