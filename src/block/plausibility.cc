@@ -314,7 +314,7 @@ class DecimalStep {
   /// Steps up to `harmless` are none.
   void Add(double value, double harmless) {
     if (std::isnan(value)) return;
-    // Of one number many times, as of flat ground, nothing follows.
+    // The same number again, as the height of flat ground, is no further evidence of rounding.
     if (!(std::abs(value - last_) < kSame * step_)) ++count_;
     last_ = value;
     while (step_ > 0.0 && !IsMultiple(value)) step_ = step_ > harmless ? 0.1 * step_ : 0.0;
@@ -378,7 +378,7 @@ std::array<PointColumn, kPointColumns> ColumnsOf(const Block& block, const Known
            {"z_m", "m", 1.0, p_m.z(), sigma_of_m(enu.col(2))}}};
 }
 
-/// Of a geocentric frame: plans in a local frame have round coordinates that are exact.
+/// For geocentric frames: in a local frame coordinates of a plan are round and exact.
 std::vector<std::string> PointDecimalRemarks(const Block& block) {
   std::vector<std::string> remarks;
   if (block.frame.kind() != FrameKind::kGeocentric) return remarks;

@@ -20,9 +20,8 @@ namespace sarblock {
 ///   - every second state and the others;
 ///   - the acceleration of a satellite and the attraction of its body;
 ///   - the coordinates of a local frame and those of map projections;
-///   - the decimals of times, of ranges and, in a geocentric frame, of each column of known points,
-///   and
-///     their standard deviations;
+///   - the decimals of times, of ranges and (geocentric frames) of each column of known points,
+///     and their standard deviations;
 ///   - the looks and turns of the path;
 ///   - the height of flight and the ranges (no range is shorter than the height above the ground:
 ///     the ellipsoid, or in a local frame the known points);

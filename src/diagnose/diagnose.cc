@@ -23,8 +23,10 @@
 namespace sarblock {
 namespace {
 
+// Where these numbers come from: docs/theory/diagnosis.md, "Numbers".
+
 /// Level of the global test of the sample below which nothing is asked.
-constexpr double kContradicts = 1e-4;  // numbers: docs/theory/diagnosis.md, "Numbers"
+constexpr double kContradicts = 1e-4;
 /// A hypothesis whose known points lie nearer than this part of where they did is solved.
 constexpr double kNearer = 0.5;
 /// Hypotheses of the screening that are solved, and of those whose size is searched.
@@ -492,7 +494,7 @@ class Diagnosing {
     });
   }
 
-  /// Of changes of values that cure, and between which the sample does not decide, the one with the
+  /// Where several changes of values cure and the sample does not tell them apart, the one with the
   /// fewest parameters comes first.
   static void PutFewestParametersFirst(std::vector<Described>* described) {
     std::vector<std::size_t> places;
