@@ -232,9 +232,12 @@ int RunProgram(const Program& program, int argc, char** argv) {
   if (!session.first()) return ending.exit_code;
   session.progress.reset();  // clears the bar's line
   if (ending.failed()) {
-    const std::string text = "sarblock: " + ending.words;
-    PrintError(isatty(STDERR_FILENO) == 1 ? FitColumns(text)
-                                          : text);  // one line for other programs
+    session.after_error.insert(session.after_error.begin(), ending.words);
+    for (const std::string& words : session.after_error) {
+      const std::string text = "sarblock: " + words;
+      PrintError(isatty(STDERR_FILENO) == 1 ? FitColumns(text)
+                                            : text);  // one line for other programs
+    }
   }
   return FinishOutput(ending.exit_code);
 }

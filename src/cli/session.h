@@ -59,6 +59,8 @@ struct Session {
   std::function<void()> clear_bar;         ///< takes the bar away until the next step
   std::string stage;                       ///< the last that `progress` showed; empty before
   std::function<int()> run;                ///< set by the command that was chosen
+  /// Printed after the error that ends the program: what explains it.
+  std::vector<std::string> after_error;
 
   [[nodiscard]] int Threads() const;
   /// True for the rank that reads, writes and prints for all.

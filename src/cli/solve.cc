@@ -52,20 +52,22 @@ struct Solver {
   std::function<AdjustResult(files::BlockFile*, const std::string& folder, ProgressSink*)> solve;
 };
 
-/// The diagnosis of a block that could not be solved, on standard error; nothing with
-/// `diagnose = false`.
-void ExplainRefusal(const files::BlockFile& file, const Session& session) {
-  if (!file.adjust.diagnose) return;
-  const Diagnosis diagnosis = Diagnose(file.block, file.adjust, session.progress.get());
-  for (const std::string& remark : diagnosis.remarks) session.Warn("sarblock: warning: " + remark);
-  for (const std::string& text : diagnosis.Sentences()) session.Warn("sarblock: " + text);
+/// What explains a block that could not be solved, on standard error after the refusal; nothing
+/// with `diagnose = false`.
+void AddExplanation(const files::BlockFile& file, Session* session) {
+  if (!file.adjust.diagnose || session->quiet) return;
+  const Diagnosis diagnosis = ExplainRefusal(file.block, file.adjust, session->progress.get());
+  for (const std::string& remark : diagnosis.remarks) {
+    session->after_error.push_back("warning: " + remark);
+  }
+  for (const std::string& text : diagnosis.Sentences()) session->after_error.push_back(text);
 }
 
 /// The same of a block that was refused for contradictions as it was read.
-void ExplainUnread(const std::string& folder, files::ReadOptions read, const Session& session) {
+void ExplainUnread(const std::string& folder, files::ReadOptions read, Session* session) {
   read.contradictions = files::Contradictions::kKeep;
   try {
-    ExplainRefusal(files::ReadBlock(folder, read), session);
+    AddExplanation(files::ReadBlock(folder, read), session);
   } catch (const InputError&) {  // a file that cannot be read at all: keep its message
   }
 }
@@ -84,7 +86,7 @@ void RequireOwnEngine(const AdjustOptions& options) {
   }
 }
 
-int RunSolve(const Solver& solver, const SolveArguments& arguments, const Session& session) {
+int RunSolve(const Solver& solver, const SolveArguments& arguments, Session& session) {
   std::optional<ScratchScope> scratch;
   if (!arguments.scratch.empty()) scratch.emplace(arguments.scratch);
   std::vector<StageCost> reading;
@@ -98,7 +100,7 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
     try {
       RunTogether(session.ranks, [&] { file = files::ReadBlock(arguments.block, read); });
     } catch (const InputError&) {
-      if (solver.adjusts && session.first()) ExplainUnread(arguments.block, read, session);
+      if (solver.adjusts && session.first()) ExplainUnread(arguments.block, read, &session);
       throw;
     }
   }
@@ -141,7 +143,7 @@ int RunSolve(const Solver& solver, const SolveArguments& arguments, const Sessio
                       [&] { return solver.solve(&file, arguments.block, session.progress.get()); });
     });
   } catch (const UndeterminedError&) {
-    if (solver.adjusts && session.first()) ExplainRefusal(file, session);
+    if (solver.adjusts && session.first()) AddExplanation(file, &session);
     throw;
   }
   if (!session.first()) return kAccepted;  // the first rank writes, and its exit code holds for all

@@ -49,6 +49,8 @@ BlockCure CureOf(const Block& given,
     const Fit fit = SolveSample(block, model, {}, progress);
     if (!fit.solved || fit.lost > 0) return tried;
     const PriorSums priors = PriorsOf(block, model, fit);
+    const bool determined = priors.known || model.groups.empty();
+    if (!determined) return tried;
     const GlobalTest test =
         TestMeasurements(fit.counts, priors, {.kept = fit.square_sum}, test_level);
     if (!(test.redundancy > 0.0)) return tried;

@@ -687,6 +687,21 @@ std::optional<Diagnosis> ExplainFailure(const Block& block,
   return diagnosis;
 }
 
+Diagnosis ExplainRefusal(const Block& block,
+                         const AdjustOptions& options,
+                         ProgressSink* progress) {
+  Diagnosis diagnosis = Diagnose(block, options, progress);
+  std::vector<Explanation> answers;
+  for (Explanation& one : diagnosis.explanations) {
+    const bool places = !one.cure.tried && 2 * one.looks_lost_after < one.looks_lost_before;
+    const bool tied = !one.cure.tried && !answers.empty();  // with the answer before it
+    if (one.cure.cures || places || tied) answers.push_back(std::move(one));
+  }
+  diagnosis.explanations = std::move(answers);
+  diagnosis.pattern.clear();
+  return diagnosis;
+}
+
 std::vector<std::string> RemarksBeside(const std::vector<std::string>& warnings,
                                        const Diagnosis& diagnosis) {
   std::vector<std::string> out;

@@ -28,10 +28,11 @@ constexpr int kStepsToStart = 12;
 /// Newton decrement in sigmas: v'Pv to its square.
 constexpr double kSettled = 0.03;
 
-/// Looks of the sample that ought to have a place: not rejected, of points that can be solved.
+/// Looks of the sample that ought to have a place: not rejected, of control or of points with two
+/// looks. A check point is solved like a tie point.
 bool Counts(const Block& sample, std::size_t point, std::size_t look) {
   if (sample.looks.rejected(look)) return false;
-  if (sample.points.FindKnown(static_cast<std::uint32_t>(point)) != nullptr) return true;
+  if (sample.points.role[point] == PointRole::kControl) return true;
   std::size_t looks = 0;
   for (std::size_t i = sample.looks.offsets[point]; i < sample.looks.offsets[point + 1]; ++i) {
     looks += sample.looks.rejected(i) ? 0U : 1U;

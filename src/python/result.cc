@@ -74,7 +74,7 @@ AdjustResult Run(Task task,
       return Adjust(block, options, pairs, progress);
     } catch (const UndeterminedError& refusal) {
       if (!options.diagnose) throw;
-      throw ExplainedRefusal(refusal, Diagnose(block, options, progress).Sentences());
+      throw ExplainedRefusal(refusal, ExplainRefusal(block, options, progress).Sentences());
     }
   }
   return Predict(

@@ -11,6 +11,9 @@ namespace sarblock {
 namespace {
 
 using testing::HasSubstr;
+using testing::MatchesRegex;
+using testing::Not;
+using testing::StartsWith;
 
 class UndeterminedCommandTest : public test::CliTest,
                                 public testing::WithParamInterface<const char*> {};
@@ -25,6 +28,9 @@ TEST_P(UndeterminedCommandTest, IsWarnedOfByCheckAndRefusedByAdjust) {
   const test::ProgramRun adjust = Run("adjust", block, "result");
   EXPECT_EQ(adjust.exit_code, 4);
   EXPECT_TRUE(FilesOf(folder_ / "result").empty());
+  // Residuals say nothing of what is missing.
+  EXPECT_THAT(adjust.err, Not(HasSubstr("most likely")));
+  EXPECT_THAT(adjust.err, MatchesRegex("sarblock: [^\n]*\n"));
   // Words about the structure are the same; those about points share the reason.
   for (const std::string warning : warnings) {
     const std::size_t reason = warning.find(": ");
@@ -51,6 +57,26 @@ INSTANTIATE_TEST_SUITE_P(Scenes,
                            for (char& c : name) c = c == '-' ? '_' : c;
                            return name;
                          });
+
+class RefusalTest : public test::CliTest {};
+
+TEST_F(RefusalTest, IsNotExplainedByNoiseWhereADatumIsMissing) {
+  const Path block = Simulated(
+      "defective/no-control", "noisy", {"--set", "noise.range_m=90", "--set", "noise.azimuth_m=90"});
+  const test::ProgramRun adjust = Run("adjust", block, "result");
+  EXPECT_EQ(adjust.exit_code, 4);
+  EXPECT_THAT(adjust.err, StartsWith("sarblock: the block does not determine its corrections"));
+  EXPECT_THAT(adjust.err, Not(HasSubstr("most likely")));
+}
+
+TEST_F(RefusalTest, ComesBeforeTheMistakeThatExplainsIt) {
+  const Path block = Simulated("cross-wise", "side");
+  Edit(block / "block.toml", "look = \"left\"", "look = \"right\"");
+  const test::ProgramRun adjust = Run("adjust", block, "result");
+  EXPECT_EQ(adjust.exit_code, 4);
+  EXPECT_THAT(adjust.err, StartsWith("sarblock: no tie or check point of the block can be"));
+  EXPECT_THAT(adjust.err, HasSubstr("\nsarblock: most likely: pass E looks to the left"));
+}
 
 }  // namespace
 }  // namespace sarblock

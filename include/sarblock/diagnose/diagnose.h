@@ -50,6 +50,14 @@ std::optional<Diagnosis> ExplainFailure(const Block& block,
                                         AdjustResult* result,
                                         ProgressSink* progress = nullptr);
 
+/// The diagnosis of a block that was refused, for people who have read the refusal: of its
+/// explanations only those with which the whole block is determined and sound, or with which half
+/// of the looks without a place find one. What merely takes a part of v'Pv says nothing of why a
+/// datum, equations or points are missing.
+[[nodiscard]] Diagnosis ExplainRefusal(const Block& block,
+                                       const AdjustOptions& options,
+                                       ProgressSink* progress = nullptr);
+
 /// Remarks of a diagnosis that are not among `warnings`.
 [[nodiscard]] std::vector<std::string> RemarksBeside(const std::vector<std::string>& warnings,
                                                      const Diagnosis& diagnosis);
