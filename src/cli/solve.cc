@@ -406,7 +406,7 @@ std::string DescribeDiagnosis(const Diagnosis& diagnosis) {
   }
   if (diagnosis.untried > 0) {
     text += "  " + std::to_string(diagnosis.untried) +
-            " explanations were not tried, since the work of five adjustments was done: "
+            " explanations were not tried, since their work was bounded: "
             "sarblock diagnose --all tries them\n";
   }
   return text;

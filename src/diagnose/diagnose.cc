@@ -4,6 +4,7 @@
 #include "sarblock/core/statistics.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <iterator>
@@ -295,7 +296,7 @@ class Diagnosing {
     out_.hypotheses += static_cast<int>(all.size());
     Try(before, std::move(all), kPartForGuessed, trials, &candidates);
     Try(before, std::move(guesses), kPartForGuessed, trials, &candidates);
-    Try(before, NativeDopplers(facts, candidates), kPartForSigmas, trials, &candidates);
+    Try(before, NativeDopplers(facts, trials, &candidates), kPartForSigmas, trials, &candidates);
     all = {};
     if (trials->work().Allows(kPartForSigmas)) {
       AddControlSigma(facts, trials, &all);
@@ -307,15 +308,22 @@ class Diagnosing {
     Try(before, std::move(all), kPartForSigmas, trials, &candidates);
     Refine(before, trials, &candidates);
     Report(before, sample, trials->given(), candidates);
-    if (AnyCures(out_.explanations)) return;
+    if (AnyCures(out_.explanations) || !whole_block_) return;
     if (auto coregistered = FindCoregistered(facts)) out_.explanations = {std::move(*coregistered)};
   }
 
-  /// Beside the constant squints that help most.
-  static Hypotheses NativeDopplers(const Facts& facts, const std::vector<Candidate>& candidates) {
+  /// Beside the constant squints that help most, at their sizes where they explain the block: what
+  /// a size that is not found leaves may be a slope.
+  Hypotheses NativeDopplers(const Facts& facts,
+                            Trials* trials,
+                            std::vector<Candidate>* candidates) const {
     Hypotheses out;
-    for (const Candidate& candidate : candidates) {
+    for (Candidate& candidate : *candidates) {
       if (out.size() == kMaxNative || !(candidate.cost < facts.before.Cost())) break;
+      if (candidate.hypothesis.cause == "cone.squint" && std::isnan(candidate.solved.sigma) &&
+          Explains(facts.before, candidate)) {
+        FindSize(kPartForSigmas, trials, &candidate);
+      }
       if (auto native = NativeBeside(facts, candidate.hypothesis, candidate.solved)) {
         out.push_back(std::move(*native));
       }
@@ -384,26 +392,31 @@ class Diagnosing {
     SortByCost(candidates);
   }
 
+  static void FindSize(double part_of_work, Trials* trials, Candidate* candidate) {
+    Hypothesis& hypothesis = candidate->hypothesis;
+    hypothesis.value = candidate->solved.value;
+    if (!candidate->solved.fit.settled) {
+      candidate->solved.fit =
+          trials->With(hypothesis, hypothesis.value, {.warm = &candidate->solved.fit.state});
+    }
+    candidate->solved =
+        SearchSize(hypothesis, candidate->solved.fit, {.part_of_work = part_of_work}, trials);
+    candidate->cost = CostOf(hypothesis, candidate->solved.fit);
+  }
+
   /// Finds the sizes of the best.
   void Refine(const Fit& before, Trials* trials, std::vector<Candidate>* candidates) {
     double max_square = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < std::min(kMaxRefined, candidates->size()); ++i) {
       Candidate& candidate = (*candidates)[i];
       if (candidate.cost > max_square) break;
-      Hypothesis& hypothesis = candidate.hypothesis;
+      const Hypothesis& hypothesis = candidate.hypothesis;
       const double square_explained = before.SquareSum() - candidate.solved.fit.SquareSum();
       const bool of_values = hypothesis.kind != MistakeKind::kSigma && before.solved;
       if (of_values && !(square_explained > kMinApproximate * before.SquareSum())) continue;
-      hypothesis.value = candidate.solved.value;
       const double part = i == 0 ? kPartForFirst : 1.0;
       if (!trials->work().Allows(part)) break;
-      if (!candidate.solved.fit.settled) {
-        candidate.solved.fit =
-            trials->With(hypothesis, hypothesis.value, {.warm = &candidate.solved.fit.state});
-      }
-      candidate.solved =
-          SearchSize(hypothesis, candidate.solved.fit, {.part_of_work = part}, trials);
-      candidate.cost = CostOf(hypothesis, candidate.solved.fit);
+      FindSize(part, trials, &candidate);
       if (Explains(before, candidate)) {
         max_square = std::min(max_square, MaxReported(before, candidate.cost, kApproximate));
       }
@@ -457,8 +470,28 @@ class Diagnosing {
   struct Described {
     Explanation explanation;
     const Candidate* candidate = nullptr;
-    bool priors_hold = true;  ///< in the whole block
+    bool priors_hold = true;              ///< in the whole block
+    std::array<LookSums, 2> of_passes{};  ///< there, of standard deviations
   };
+
+  /// The logarithm of a factor of standard deviations that the residuals of the whole block ask
+  /// for, where it has more of them than the sample or is not good with that of the sample.
+  static std::optional<Size> SizeOfSigmas(const Described& of_sample) {
+    constexpr double kNarrower = 0.9;
+    const Candidate& candidate = *of_sample.candidate;
+    const std::string& cause = candidate.hypothesis.cause;
+    const bool ranges = cause == "sigma.range" || cause == "sigma.all";
+    const bool azimuths = cause == "sigma.azimuth" || cause == "sigma.all";
+    const auto& [of_ranges, of_azimuths] = of_sample.of_passes;
+    const double square = (ranges ? of_ranges.square : 0.0) + (azimuths ? of_azimuths.square : 0.0);
+    const double redundancy =
+        (ranges ? of_ranges.redundancy : 0.0) + (azimuths ? of_azimuths.redundancy : 0.0);
+    if (!(square > 0.0) || !(redundancy >= 1.0)) return std::nullopt;
+    const double sigma = std::sqrt(0.5 / redundancy);
+    const bool narrower = !(sigma > kNarrower * candidate.solved.sigma);  // or none is known
+    if (of_sample.explanation.cure.cures && !narrower) return std::nullopt;
+    return Size{candidate.solved.value - 0.5 * std::log(square / redundancy), sigma, ""};
+  }
 
   /// Standard deviations that leave the whole block, or its priors, contradicted: then it is no
   /// matter of noise. They are known no better than the sample tells.
@@ -475,6 +508,48 @@ class Diagnosing {
     return std::any_of(explanations.begin(), explanations.end(), [](const Explanation& one) {
       return one.cure.cures;
     });
+  }
+
+  static bool AnyCures(const std::vector<Described>& described) {
+    return std::any_of(described.begin(), described.end(), [](const Described& one) {
+      return one.explanation.cure.cures;
+    });
+  }
+
+  /// Where what costs least was tried and does not cure the block, the first that does among those
+  /// that cost more and explain all of the sample.
+  void FindCure(const Fit& before,
+                const Sample& sample,
+                const Block& given,
+                const std::vector<Candidate>& candidates,
+                std::vector<Described>* described) const {
+    if (!described->front().explanation.cure.tried) return;
+    std::size_t tried = 0;
+    for (const Candidate& candidate : candidates) {
+      if (tried == kMaxReported) return;
+      const bool known = std::any_of(described->begin(), described->end(), [&](const Described& d) {
+        return AreSame(d.candidate->hypothesis, candidate.hypothesis);
+      });
+      if (known || !Explains(before, candidate) || !ExplainsAll(candidate.solved.fit)) continue;
+      if (!PatternUnder(candidate, sample, given).empty()) continue;
+      ++tried;
+      Described one = DescribeWithBlock(before, candidate, true);
+      if (!one.explanation.cure.cures) continue;
+      described->push_back(std::move(one));
+      return;
+    }
+  }
+
+  /// With the size of standard deviations that the whole block asks for.
+  Described DescribeWithBlock(const Fit& before, const Candidate& candidate, bool cures) const {
+    Described one =
+        Describe(before, candidate, {candidate.solved.value, candidate.solved.sigma, ""}, cures);
+    if (FailsAsNoise(one)) return one;
+    if (const auto size = SizeOfSigmas(one)) {
+      Described of_block = Describe(before, candidate, *size, true);
+      if (of_block.explanation.cure.cures) return of_block;
+    }
+    return one;
   }
 
   /// A change of values that has a size, or none: how many parameters undo it says how simple it
@@ -554,14 +629,14 @@ class Diagnosing {
     }
     std::vector<Described> described;
     for (const Candidate* candidate : reported) {
-      Described one = Describe(before, *candidate, MayBeSimpler(*candidate, described));
+      Described one = DescribeWithBlock(before, *candidate, MayBeSimpler(*candidate, described));
       if (!FailsAsNoise(one)) described.push_back(std::move(one));
     }
+    if (!described.empty() && !AnyCures(described))
+      FindCure(before, sample, given, candidates, &described);
+    whole_block_ = described.empty() || !described.front().candidate->hypothesis.of_sample;
     PutFewestParametersFirst(&described);
-    const bool any_cures = std::any_of(described.begin(), described.end(), [](const Described& d) {
-      return d.explanation.cure.cures;
-    });
-    if (any_cures) {
+    if (AnyCures(described)) {
       std::erase_if(described, [](const Described& d) {
         return d.explanation.cure.tried && !d.explanation.cure.cures;
       });
@@ -608,8 +683,11 @@ class Diagnosing {
     }
   }
 
-  /// With `cures`, what it does to the whole block too.
-  Described Describe(const Fit& before, const Candidate& candidate, bool cures) const {
+  /// Of this size; with `cures`, what it does to the whole block too.
+  Described Describe(const Fit& before,
+                     const Candidate& candidate,
+                     const Size& found,
+                     bool cures) const {
     const Hypothesis& hypothesis = candidate.hypothesis;
     Described described;
     described.candidate = &candidate;
@@ -619,8 +697,8 @@ class Diagnosing {
     out.passes = hypothesis.passes;
     out.points = hypothesis.points;
     if (!hypothesis.unit.empty()) {
-      out.value = candidate.solved.value;
-      out.sigma = candidate.solved.sigma;
+      out.value = found.value;
+      out.sigma = found.sigma;
       if (hypothesis.logarithm) {
         out.value = std::exp(out.value);
         out.sigma *= out.value;
@@ -630,6 +708,12 @@ class Diagnosing {
     const Size size = SizeOf(out.value, out.sigma, out.unit);
     out.equals = Equals(hypothesis.numbers, out.value, out.sigma);
     out.change = hypothesis.change(size);
+    if (hypothesis.cautious) {
+      const Hypothesis cautious = hypothesis.cautious(block_);
+      const BlockCure solved =
+          CureOf(block_, given_, cautious, found.value, test_level_, progress_);
+      if (BearsSigmas(solved, test_level_)) out.change = cautious.change(size);
+    }
     out.square_sum_before = before.SquareSum();
     out.square_sum_after = candidate.solved.fit.SquareSum();
     out.redundancy_before = before.redundancy;
@@ -639,10 +723,10 @@ class Diagnosing {
     out.part = out.square_sum_before > 0.0
                    ? (out.square_sum_before - out.square_sum_after) / out.square_sum_before
                    : 0.0;
-    if (cures || hypothesis.kind == MistakeKind::kModel) {
-      BlockCure tried =
-          CureOf(block_, given_, hypothesis, candidate.solved.value, test_level_, progress_);
+    if (!hypothesis.of_sample && (cures || hypothesis.kind == MistakeKind::kModel)) {
+      BlockCure tried = CureOf(block_, given_, hypothesis, found.value, test_level_, progress_);
       out.cure = tried.cure;
+      described.of_passes = tried.of_passes;
       described.priors_hold = tried.priors_hold;
     }
     const std::string detail =
@@ -655,6 +739,7 @@ class Diagnosing {
   CorrectionModel corrections_;  ///< of passes with looks in the sample
   CorrectionModel given_;
   double test_level_ = 0.0;
+  bool whole_block_ = true;  ///< says what the first explanation does
   DiagnosisBounds bounds_;
   ProgressSink* progress_;
   Diagnosis out_;
@@ -687,9 +772,7 @@ std::optional<Diagnosis> ExplainFailure(const Block& block,
   return diagnosis;
 }
 
-Diagnosis ExplainRefusal(const Block& block,
-                         const AdjustOptions& options,
-                         ProgressSink* progress) {
+Diagnosis ExplainRefusal(const Block& block, const AdjustOptions& options, ProgressSink* progress) {
   Diagnosis diagnosis = Diagnose(block, options, progress);
   std::vector<Explanation> answers;
   for (Explanation& one : diagnosis.explanations) {

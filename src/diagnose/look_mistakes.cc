@@ -747,7 +747,7 @@ namespace {
 constexpr double kMinStatistic = 25.0;
 constexpr std::size_t kMaxScored = 6;
 /// Passes up to which the dense score test of all of them is no matter of time.
-constexpr std::size_t kMaxPasses = 60;
+constexpr std::size_t kMaxPasses = 200;
 
 using Names = std::vector<std::string>;
 using ParameterKey = std::pair<std::string, std::string>;  // owner and name

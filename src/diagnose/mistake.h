@@ -69,6 +69,11 @@ struct Hypothesis {
   double max_unexplained = std::numeric_limits<double>::infinity();
   /// Changes little of the whole: solved from where the sample as it is ended.
   bool local = false;
+  /// Undone in the points of the sample alone: the whole block cannot say what it does.
+  bool of_sample = false;
+  /// Of the same size, larger standard deviations than it asks for: advised in its place where the
+  /// residuals of the whole block are not too small for them.
+  std::function<Hypothesis(const Block& whole)> cautious;
 };
 
 /// Four digits, without trailing zeros.

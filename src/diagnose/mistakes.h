@@ -3,6 +3,7 @@
 
 #include "sarblock/core/progress.h"
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -119,10 +120,17 @@ void AddExchangedPoints(const Facts& facts, Hypotheses* out);
                                       const SampleResiduals& residuals,
                                       bool much_larger);
 
+/// v'Pv of some measurements and their redundancy.
+struct LookSums {
+  double square = 0.0, redundancy = 0.0;
+};
+
 /// The whole block, with these corrections, solved with a mistake undone.
 struct BlockCure {
   Explanation::Cure cure;
   bool priors_hold = true;  ///< below what chance allows
+  /// Of standard deviations alone: ranges and azimuths of the passes that they concern, and of all.
+  std::array<LookSums, 2> of_passes, of_all;
 };
 [[nodiscard]] BlockCure CureOf(const Block& given,
                                const CorrectionModel& corrections,
@@ -130,5 +138,8 @@ struct BlockCure {
                                double value,
                                double test_level,
                                ProgressSink* progress);
+/// Whether the residuals of the block show that no standard deviation is too large: ranges and
+/// azimuths each, at the level of one test.
+[[nodiscard]] bool BearsSigmas(const BlockCure& solved, double test_level);
 
 }  // namespace sarblock

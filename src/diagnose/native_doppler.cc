@@ -90,6 +90,10 @@ std::optional<Hypothesis> NativeBeside(const Facts& facts,
     product += of_look * (at_m - range_m) * (error_rad - squint_rad);
   });
   if (!(square > 0.0)) return {};
+  // Three sigma: beside a constant that leaves noise alone a smaller slope is noise.
+  constexpr double kMinStatistic = 9.0, kNoise = 1.2;
+  const bool noise = solved.fit.lost == 0 && solved.fit.square_sum < kNoise * solved.fit.redundancy;
+  if (noise && !(product * product > kMinStatistic * square)) return {};
   // About their mean range slope and constant are independent.
   const double constant_rad = solved.value;
   Hypothesis out = NativeDoppler(

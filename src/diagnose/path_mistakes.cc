@@ -709,6 +709,46 @@ CorrectionModel WithErrorAlongTrack(CorrectionModel model,
   return model;
 }
 
+/// "12.3 m more, by squares, in the standard deviations of the ranges of A1"
+std::string LargerSigmas(double by, bool range, const Names& passes) {
+  return InFiles(by, 0.01 * by) + (range ? " m" : " s") +
+         " more, by squares, in the standard deviations of the " +
+         (range ? "ranges " : "azimuths ") + PassesPhrase(passes);
+}
+
+/// Looks of the passes in a block that share one error, on the average.
+double LooksOfPiece(const Block& block, const TrajectoryError& error) {
+  double looks = 0.0;
+  ForLooks(block, error.passes, [&](std::size_t) { ++looks; });
+  return std::max(1.0, looks / error.pieces);
+}
+
+/// m looks that share one error count as one look where each has sqrt(m) times its size.
+Hypothesis CautiousRanges(const Block& whole, const TrajectoryError& error) {
+  Hypothesis out;
+  out.kind = MistakeKind::kSigma;
+  const auto trajectory_error = std::make_shared<const TrajectoryError>(error);
+  out.undo = [trajectory_error](Block* block, double value) {
+    const double by_m = value * std::sqrt(LooksOfPiece(*block, *trajectory_error));
+    for (const std::uint32_t p : PassesOf(*block, trajectory_error->passes)) {
+      double& sigma_m = block->passes[p].sigma.range_m;
+      sigma_m = std::hypot(sigma_m, by_m);
+    }
+    if (block->looks.range_sigma_m.empty()) return;
+    ForLooks(*block, trajectory_error->passes, [&](std::size_t i) {
+      double& sigma_m = block->looks.range_sigma_m[i];
+      sigma_m = std::hypot(sigma_m, by_m);
+    });
+  };
+  const double looks = LooksOfPiece(whole, error);
+  out.change = [trajectory_error, looks](const Size& size) {
+    const double by_m = std::abs(size.value) * std::sqrt(looks);
+    return "block.toml: " + LargerSigmas(by_m, true, trajectory_error->passes) + " (some " +
+           Short(looks) + " looks share one error: as many times its square)";
+  };
+  return out;
+}
+
 Hypothesis TimeCorrelated(const Block& sample, Coordinate measured, TrajectoryError found) {
   const auto trajectory_error = std::make_shared<const TrajectoryError>(std::move(found));
   const bool range = measured == Coordinate::kRange;
@@ -735,6 +775,9 @@ Hypothesis TimeCorrelated(const Block& sample, Coordinate measured, TrajectoryEr
   if (range) {
     out.free = true;
     out.step = 0.1 * trajectory_error->rms;
+    out.cautious = [trajectory_error](const Block& whole) {
+      return CautiousRanges(whole, *trajectory_error);
+    };
   } else {
     // A cubic spline has three coefficients more than pieces.
     out.parameters += 2 * static_cast<int>(trajectory_error->passes.size());
@@ -758,21 +801,18 @@ Hypothesis TimeCorrelated(const Block& sample, Coordinate measured, TrajectoryEr
   };
   out.change = [trajectory_error, range, prior_m](const Size& size) {
     const Names& passes = trajectory_error->passes;
+    const std::string larger = LargerSigmas(std::abs(size.value), range, passes);
+    // A path that is moved is no range that is wrong: its effect changes with the look angle.
+    if (range) return "block.toml: " + larger;
     std::string others;
     for (std::size_t i = 1; i < passes.size(); ++i) others += (i == 1 ? "" : ", ") + passes[i];
-    const std::string larger = InFiles(std::abs(size.value), 0.01 * size.value) +
-                               (range ? " m" : " s") +
-                               " more, by squares, in the standard deviations of the " +
-                               (range ? "ranges " : "azimuths ") + PassesPhrase(passes);
     const std::string spline =
         "[[adjust.correction.position]] with basis = \"spline\", knot_spacing_s = " +
         Short(trajectory_error->piece_s) +
-        ", components = " + (range ? "[\"across\", \"up\"]" : "[\"along\"]") +
-        ", sigma_m = " + Short(prior_m) + ", passes = [\"" + passes[0] +
+        ", components = [\"along\"], sigma_m = " + Short(prior_m) + ", passes = [\"" + passes[0] +
         "\"], shared = true (beside what the pass has" +
         (others.empty() ? "" : "; a table each for " + others) + ")";
-    return range ? "block.toml: " + larger + ", or where the flights have such errors " + spline
-                 : "block.toml: " + spline + " if the flights have such errors, else " + larger;
+    return "block.toml: " + spline + " if the flights have such errors, else " + larger;
   };
   out.screened = true;
   out.local = true;

@@ -87,7 +87,7 @@ double ExtentOf(const std::vector<Residual>& residuals, const Place& place) {
 std::string Metres(double value_m) { return Digits(std::abs(value_m), 2) + " m"; }
 
 /// Tests of one component of a pass, and what they say of all passes.
-constexpr std::size_t kTestsOfPass = 5;
+constexpr std::size_t kTestsOfPass = 5, kOfNeighbours = 4;
 constexpr std::array<const char*, kTestsOfPass> kCommon = {
     "have one sign",
     "have a trend with range",
@@ -139,6 +139,7 @@ std::vector<Found> TestsOfPass(std::vector<Residual> residuals, const std::strin
   out.push_back({by_square.statistic,
                  "residuals of the " + who + " bend along the strip, " +
                      Metres(sigma_m * by_square.slope) + " from its middle to its ends"});
+  // Corrections follow the mean and the trend of a pass and leave neighbours unlike.
   out.push_back({neighbours / std::sqrt(pairs),
                  "residuals of the " + who +
                      " that follow each other in time are alike: their "
@@ -213,11 +214,13 @@ std::string FindPattern(const Block& block,
           TestsOfPass(std::move(of_pass[pass]), word + (" of " + block.passes[pass].id));
       for (std::size_t k = 0; k < found.size(); ++k) {
         pooled[k].Add(found[k].statistic);
+        if (k == kOfNeighbours) found[k].statistic = std::max(0.0, found[k].statistic);
         tests.push_back(std::move(found[k]));
       }
     }
     for (std::size_t k = 0; k < kTestsOfPass; ++k) {
-      tests.push_back({pooled[k].statistic(),
+      const double statistic = pooled[k].statistic();
+      tests.push_back({k == kOfNeighbours ? std::max(0.0, statistic) : statistic,
                        std::string("residuals of the ") + word + " of all passes " + kCommon[k]});
     }
     if (all.size() >= kFewestLooks) tests.push_back(TestOfTails(all, much_larger, word));

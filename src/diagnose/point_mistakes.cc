@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -193,7 +194,19 @@ void AddLookMistakes(const Facts& facts, Hypotheses* out) {
       if (looks.size() == 2) out->push_back(OnePoint(point, 2));
       continue;
     }
-    for (const std::size_t i : looks) {
+    // Those first without which the others meet best.
+    Block part = PartOf(block, {j});
+    const auto rest_m = [&](std::size_t i) {
+      std::uint8_t& flags = part.looks.flags[i - block.looks.offsets[j]];
+      flags |= Looks::kRejected;
+      const double off_m = ContradictionOf(part, 0);
+      flags &= static_cast<std::uint8_t>(~Looks::kRejected);
+      return std::isnan(off_m) ? std::numeric_limits<double>::infinity() : off_m;
+    };
+    std::vector<std::pair<double, std::size_t>> order;
+    for (const std::size_t i : looks) order.emplace_back(rest_m(i), i);
+    std::sort(order.begin(), order.end());
+    for (const auto& [off_m, i] : order) {
       const std::uint32_t p = block.looks.pass[i];
       const LookName name{block.passes[p].id, point};
       const LookErrors errors = ErrorsOf(block, j, i);
@@ -282,6 +295,7 @@ Hypothesis Shifted(const std::string& pass,
   out.kind = MistakeKind::kIds;
   out.cause = "ids.shifted";
   out.parameters = 0;
+  out.of_sample = true;
   out.passes = {pass};
   out.undo = [pass, rows](Block* block, double) {
     const auto p = FindPass(*block, pass);

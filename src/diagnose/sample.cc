@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <optional>
 #include <utility>
@@ -169,10 +170,16 @@ std::vector<std::uint32_t> FindSuspects(const Block& block) {
   return suspects;
 }
 
-/// Values of the rows before and after each look of its pass.
-std::vector<std::array<RowValues, 4>> NeighboursOf(const Block& block) {
+/// Values of the rows before and after each of these looks in its pass.
+std::vector<std::array<RowValues, 4>> NeighboursOf(const Block& block,
+                                                   const std::vector<std::size_t>& of_sample) {
   const Looks& looks = block.looks;
-  std::vector<std::array<RowValues, 4>> out(looks.size());
+  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  std::vector<std::uint32_t> place(looks.size(), kNone);
+  for (std::size_t k = 0; k < of_sample.size(); ++k) {
+    place[of_sample[k]] = static_cast<std::uint32_t>(k);
+  }
+  std::vector<std::array<RowValues, 4>> out(of_sample.size());
   std::vector<std::vector<std::size_t>> of_pass(block.passes.size());
   for (std::size_t i = 0; i < looks.size(); ++i) of_pass[looks.pass[i]].push_back(i);
   const auto values = [&](std::size_t i) {
@@ -180,8 +187,9 @@ std::vector<std::array<RowValues, 4>> NeighboursOf(const Block& block) {
   };
   const auto link = [&](const std::vector<std::size_t>& rows, std::size_t before) {
     for (std::size_t k = 0; k < rows.size(); ++k) {
-      out[rows[k]][before] = values(rows[(k + rows.size() - 1) % rows.size()]);
-      out[rows[k]][before + 1] = values(rows[(k + 1) % rows.size()]);
+      if (place[rows[k]] == kNone) continue;
+      out[place[rows[k]]][before] = values(rows[(k + rows.size() - 1) % rows.size()]);
+      out[place[rows[k]]][before + 1] = values(rows[(k + 1) % rows.size()]);
     }
   };
   for (std::vector<std::size_t>& rows : of_pass) {
@@ -217,8 +225,7 @@ Sample TakeSample(const Block& block, ProgressSink* progress) {
     const auto found = std::lower_bound(points.begin(), points.end(), suspect);
     sample.suspects.push_back(static_cast<std::uint32_t>(found - points.begin()));
   }
-  const std::vector<std::array<RowValues, 4>> neighbours = NeighboursOf(block);
-  for (const std::size_t look : look_of) sample.neighbours.push_back(neighbours[look]);
+  sample.neighbours = NeighboursOf(block, look_of);
   return sample;
 }
 

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
 #include <string>
 #include <utility>
 #include <vector>
@@ -244,11 +247,20 @@ void AddSigmaMistakes(const Facts& facts, Trials* trials, Hypotheses* out) {
   as_given.fit = facts.before;
   as_given.residuals = facts.residuals;
   trials->WeighLogSigmas(RedundancyWith(factors.fit.solved ? factors : as_given, facts, trials));
-  out->push_back(SquaredSigmas());
   const double both = factors.found ? 0.5 * (factors.ranges + factors.azimuths) : std::log(s0);
-  out->push_back(ScaledSigma(block, {}, Measured::kBoth, std::exp(-both)));
-  out->push_back(ScaledSigma(block, {}, Measured::kRange, std::exp(-factors.ranges)));
-  out->push_back(ScaledSigma(block, {}, Measured::kAzimuth, std::exp(-factors.azimuths)));
+  std::array<Hypothesis, 3> of_all{
+      ScaledSigma(block, {}, Measured::kBoth, std::exp(-both)),
+      ScaledSigma(block, {}, Measured::kRange, std::exp(-factors.ranges)),
+      ScaledSigma(block, {}, Measured::kAzimuth, std::exp(-factors.azimuths))};
+  // The work may end before all are tried: where one is far off by itself, it comes first.
+  constexpr double kAlike = 1.0;
+  if (std::abs(factors.azimuths) > std::abs(factors.ranges) + kAlike) {
+    std::swap(of_all[0], of_all[2]);
+  } else if (std::abs(factors.ranges) > std::abs(factors.azimuths) + kAlike) {
+    std::swap(of_all[0], of_all[1]);
+  }
+  std::move(of_all.begin(), of_all.end(), std::back_inserter(*out));
+  out->push_back(SquaredSigmas());
   if (block.passes.size() < 2) return;
   for (const Measured measured : {Measured::kBoth, Measured::kRange, Measured::kAzimuth}) {
     for (const Pass& pass : block.passes) {

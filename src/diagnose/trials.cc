@@ -42,14 +42,16 @@ bool Counts(const Block& sample, std::size_t point, std::size_t look) {
 
 void CountPlaces(const AdjustmentProblem& problem, Fit* fit) {
   const Block& sample = problem.block;
+  WhitenedLook at;
   for (std::size_t point = 0; point < sample.points.size(); ++point) {
     for (std::size_t i = sample.looks.offsets[point]; i < sample.looks.offsets[point + 1]; ++i) {
       if (!Counts(sample, point, i)) continue;
       bool placed = problem.Solves(point) && problem.look_used[i] != 0;
       if (placed) {
         const auto observation = problem.model.FixPath(i, fit->state.corrections);
-        placed =
-            observation && LiesWhereItLooks(sample.frame, *observation, fit->state.Position(point));
+        placed = observation &&
+                 LiesWhereItLooks(sample.frame, *observation, fit->state.Position(point)) &&
+                 EvaluateWhitened(problem, fit->state, {}, point, i, &at);
       }
       ++(placed ? fit->looks : fit->lost);
     }

@@ -7,6 +7,7 @@
 #include "sarblock/model/result.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -110,11 +111,13 @@ class Work {
  public:
   enum class Start { kCold, kWarm };
 
-  /// At most so many `adjustments` of a block, of which a sample is solved.
+  /// At most so many `adjustments` of a block, of which a sample is solved; of a large block less.
   Work(const Block& block, const Block& sample, double adjustments)
       : most_looks_(adjustments *
                     std::max(kFormedByAdjustment * static_cast<double>(block.looks.size()),
-                             kMinSampleLooks * static_cast<double>(sample.looks.size()))) {}
+                             kMinSampleLooks * static_cast<double>(sample.looks.size()))) {
+    if (std::isfinite(adjustments)) most_looks_ = std::min(most_looks_, kMaxLooks);
+  }
 
   /// A solution of a sample of so many looks, and the recorded states that it copied.
   void AddSolution(std::size_t looks, const Fit& fit, Start start, std::size_t states) {
@@ -137,6 +140,8 @@ class Work {
   /// What one adjustment forms of each look, its covariance counted as what takes as long; and of
   /// each look of the sample at least, which is most of a small block.
   static constexpr double kFormedByAdjustment = 5.5, kMinSampleLooks = 54.0;
+  /// Two seconds of work, more or less.
+  static constexpr double kMaxLooks = 2e6;
   /// The last square sum with the places of the looks, and start values, also where circles do not
   /// meet, in looks formed once.
   static constexpr double kLastSum = 2.0, kStartValues = 2.0, kStartOfLost = 5.0;

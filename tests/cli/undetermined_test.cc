@@ -61,8 +61,9 @@ INSTANTIATE_TEST_SUITE_P(Scenes,
 class RefusalTest : public test::CliTest {};
 
 TEST_F(RefusalTest, IsNotExplainedByNoiseWhereADatumIsMissing) {
-  const Path block = Simulated(
-      "defective/no-control", "noisy", {"--set", "noise.range_m=90", "--set", "noise.azimuth_m=90"});
+  const Path block = Simulated("defective/no-control",
+                               "noisy",
+                               {"--set", "noise.range_m=90", "--set", "noise.azimuth_m=90"});
   const test::ProgramRun adjust = Run("adjust", block, "result");
   EXPECT_EQ(adjust.exit_code, 4);
   EXPECT_THAT(adjust.err, StartsWith("sarblock: the block does not determine its corrections"));

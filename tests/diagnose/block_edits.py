@@ -509,7 +509,7 @@ def divide_sigmas(block, told, what, of, by):
     edit_sigmas(block, told, what, of, lambda value: value / float(by))
 
 
-@edit(rf"block\.toml: {NUMBER} (m|s) more, by squares, in the standard deviations of the (ranges|azimuths) (of .+?), or where .*")
+@edit(rf"block\.toml: {NUMBER} (m|s) more, by squares, in the standard deviations of the (ranges|azimuths) (of .+?)(?: \(some .*\))?")
 def add_to_sigmas(block, told, size, unit, what, of):
     edit_sigmas(block, told, what, of, lambda value: math.hypot(value, float(size)))
 
