@@ -516,14 +516,15 @@ class Diagnosing {
     });
   }
 
-  /// Where what costs least was tried and does not cure the block, the first that does among those
-  /// that cost more and explain all of the sample.
+  /// Where what costs least are standard deviations that do not cure the block, the first that does
+  /// among those that cost more and explain all of the sample. Values that take a part stand.
   void FindCure(const Fit& before,
                 const Sample& sample,
                 const Block& given,
                 const std::vector<Candidate>& candidates,
                 std::vector<Described>* described) const {
-    if (!described->front().explanation.cure.tried) return;
+    const Explanation& first = described->front().explanation;
+    if (!first.cure.tried || first.kind != MistakeKind::kSigma) return;
     std::size_t tried = 0;
     for (const Candidate& candidate : candidates) {
       if (tried == kMaxReported) return;

@@ -146,7 +146,10 @@ TEST(ChoicesTest, NoiseIsAStandardDeviationAndItCures) {
   EXPECT_THAT(noisy.cause(), HasSubstr("sigma")) << noisy.first();
   ASSERT_FALSE(noisy.diagnosis.explanations.empty());
   EXPECT_TRUE(noisy.diagnosis.explanations.front().cure.cures) << noisy.first();
-  EXPECT_NEAR(noisy.diagnosis.explanations.front().value, 0.5, 0.03);
+  // By the whole block, whose seed draws noise that is low (docs/scenes.md).
+  const Explanation& first = noisy.diagnosis.explanations.front();
+  EXPECT_LT(first.sigma, 0.03);
+  EXPECT_NEAR(first.value, 0.5, 4.0 * first.sigma);
 }
 
 }  // namespace
