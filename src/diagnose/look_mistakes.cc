@@ -285,7 +285,8 @@ const std::vector<KnownNumber>& RangeFactors() {
       {2e6 / kSpeedOfLight_mps, "two-way travel times in microseconds"},
       {1e6 / kSpeedOfLight_mps, "one-way travel times in microseconds"},
       {2e3 / kSpeedOfLight_mps, "two-way travel times in milliseconds"},
-      {2.0 / kSpeedOfLight_mps, "two-way travel times in seconds"}};
+      {2.0 / kSpeedOfLight_mps, "two-way travel times in seconds"},
+      {3e8 / kSpeedOfLight_mps, "3e8 m/s for the speed of light"}};
   return factors;
 }
 
@@ -301,8 +302,10 @@ Hypothesis ScaledRange(const Names& passes, const KnownNumber& factor) {
   out.value = factor.value;
   out.unit = "1";
   out.says = [passes, factor](const Size& size) {
-    return "the ranges of " + PassWords(passes) + " are " + Short(size.value) +
-           " times what they should be (" + factor.text + ")";
+    const bool near_one = std::abs(size.value - 1.0) < 0.01;
+    return "the ranges of " + PassWords(passes) + " are " +
+           (near_one ? InFiles(size.value) : Short(size.value)) + " times what they should be (" +
+           factor.text + ")";
   };
   out.change = [passes](const Size& size) {
     return "observations.csv: range_m " + PassesPhrase(passes) + " divided by " +

@@ -61,9 +61,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes,
 class RefusalTest : public test::CliTest {};
 
 TEST_F(RefusalTest, IsNotExplainedByNoiseWhereADatumIsMissing) {
-  const Path block = Simulated("defective/no-control",
-                               "noisy",
-                               {"--set", "noise.range_m=90", "--set", "noise.azimuth_m=90"});
+  const Path block = Simulated("defective/no-control", "noisy", {"--set", "looks.noise_scale=4"});
   const test::ProgramRun adjust = Run("adjust", block, "result");
   EXPECT_EQ(adjust.exit_code, 4);
   EXPECT_THAT(adjust.err, StartsWith("sarblock: the block does not determine its corrections"));
@@ -76,7 +74,8 @@ TEST_F(RefusalTest, ComesBeforeTheMistakeThatExplainsIt) {
   const test::ProgramRun adjust = Run("adjust", block, "result");
   EXPECT_EQ(adjust.exit_code, 4);
   EXPECT_THAT(adjust.err, StartsWith("sarblock: no tie or check point of the block can be"));
-  EXPECT_THAT(adjust.err, HasSubstr("\nsarblock: most likely: pass E looks to the left"));
+  EXPECT_THAT(adjust.err,
+              HasSubstr("\nsarblock: most likely: pass E looks to the other side of the flight"));
 }
 
 }  // namespace

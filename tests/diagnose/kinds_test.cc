@@ -76,6 +76,20 @@ TEST(KindsTest, RangesThatWanderAreNoErrorsOfFlights) {
   EXPECT_THAT(borne + plain, Not(HasSubstr("spline")));
 }
 
+// Where ranges differ little it is as good as a range bias: a factor without a size to be found
+// comes first.
+TEST(KindsTest, RangesOfARoundSpeedOfLightAreAFactor) {
+  test::TrialBlock made = test::MakeTrialBlock("earth-same-side", 1);
+  for (double& range_m : made.block.looks.range_m) range_m *= 3e8 / 299792458.0;
+  const Diagnosis diagnosis = Diagnose(made.block, made.options);
+  ASSERT_FALSE(diagnosis.explanations.empty());
+  const Explanation& first = diagnosis.explanations.front();
+  EXPECT_EQ(first.cause, "range.scale") << first.sentence;
+  EXPECT_THAT(first.sentence,
+              HasSubstr("are 1.000692286 times what they should be (3e8 m/s for the speed of "
+                        "light)"));
+}
+
 // A check point with one look is not solved: that loses no look.
 TEST(KindsTest, OneRangeAtACheckPointIsNoWrongPosition) {
   ExpectFirst("different-altitudes", "range of one look", 2);
