@@ -475,9 +475,10 @@ void AddDiagnose(CLI::App* app, Session* session) {
   command->add_option("--rejections",
                       arguments->rejections,
                       "Leave out the looks with rejected = 1 in this table, as adjust would");
-  command->add_flag("--all",
-                    arguments->all,
-                    "Try every explanation, however much work; else that of five adjustments at most");
+  command->add_flag(
+      "--all",
+      arguments->all,
+      "Try every explanation, however much work; else that of five adjustments at most");
   command->callback([=] { session->run = [=] { return RunDiagnose(*arguments, *session); }; });
 }
 
