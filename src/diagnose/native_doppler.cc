@@ -91,9 +91,9 @@ std::optional<Hypothesis> NativeBeside(const Facts& facts,
   });
   if (!(square > 0.0)) return {};
   // Three sigma: beside a constant that leaves noise alone a smaller slope is noise.
-  constexpr double kMinStatistic = 9.0, kNoise = 1.2;
+  constexpr double kMinSlope = 9.0, kNoise = 1.2;
   const bool noise = solved.fit.lost == 0 && solved.fit.square_sum < kNoise * solved.fit.redundancy;
-  if (noise && !(product * product > kMinStatistic * square)) return {};
+  if (noise && !(product * product > kMinSlope * square)) return {};
   // About their mean range slope and constant are independent.
   const double constant_rad = solved.value;
   Hypothesis out = NativeDoppler(
