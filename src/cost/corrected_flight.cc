@@ -219,7 +219,7 @@ std::optional<Motion> CorrectedFlight::At(double time_s, std::span<double* const
   const CorrectedPath& path = *parts_->path;
   const double path_s = time_s + SumOf(path.corrections().time_bias, local.data());
   if (BeyondPath(path.path(), path_s) != Beyond::kInside) return std::nullopt;
-  const double read_s = path.ReadingTime_s(time_s);
+  const double read_s = path.ReadingTime_s(time_s, path_s);
   PathReading reading;
   if (!path.Read(time_s, read_s, local.data(), &reading)) return std::nullopt;
   return path_s == read_s ? reading.motion : reading.motion.After(path_s - read_s);

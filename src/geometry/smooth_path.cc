@@ -476,6 +476,15 @@ std::vector<StateVector> StatesAtKnots(std::span<const StateVector> recorded,
 
 }  // namespace
 
+std::vector<StateVector> FitSpline(std::span<const StateVector> states,
+                                   std::size_t intervals,
+                                   const StateNoise& sigmas) {
+  const Recorded data = LessMeanMotion(states);
+  const Fit fit = FitOn(data, intervals, sigmas);
+  if (!std::isfinite(fit.score)) return {};
+  return StatesAtKnots(states, data, fit);
+}
+
 SmoothedPath SmoothPath(std::span<const StateVector> states,
                         const StateNoise& given,
                         const TimeSpan& strip_s) {

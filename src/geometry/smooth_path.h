@@ -51,6 +51,12 @@ struct SmoothedPath {
   double unfollowed_mps = 0.0;
 };
 
+/// The spline of SmoothPath with so many intervals, as its states at the knots; empty where the
+/// states do not determine it. Of the sigmas only the ratio counts.
+[[nodiscard]] std::vector<StateVector> FitSpline(std::span<const StateVector> states,
+                                                 std::size_t intervals,
+                                                 const StateNoise& sigmas);
+
 /// Weighted least squares of a cubic spline with continuous acceleration to positions and
 /// velocities of a recording (docs/theory/flight_path.md, eqs. (16) to (19)):
 ///

@@ -24,6 +24,13 @@ struct TrackAxes {
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d rate = Eigen::Matrix3d::Zero();          ///< d axes / dt [1/s]
   Eigen::Matrix3d acceleration = Eigen::Matrix3d::Zero();  ///< d2 axes / dt2 [1/s2]
+
+  /// The axes a time later, to second order.
+  [[nodiscard]] TrackAxes After(double time_s) const {
+    return {axes + time_s * (rate + (0.5 * time_s) * acceleration),
+            rate + time_s * acceleration,
+            acceleration};
+  }
 };
 
 /// Axes of the path through `motion`. Domain: velocity not zero and not vertical (sine of the

@@ -8,6 +8,9 @@
 #include <cmath>
 #include <limits>
 #include <span>
+#include <utility>
+
+#include "geometry/smooth_path.h"
 
 namespace sarblock {
 namespace {
@@ -29,38 +32,67 @@ ConeTurning MeasureTurning(const FlightPath& path, const PathUse& use) {
   return out;
 }
 
-/// Part of the standard deviation of azimuth that continuing a reading may be wrong by: on a path
-/// without noise, and where states are noisy, which is as wrong at any place.
-constexpr double kContinued = 1e-7, kContinuedNoisy = 0.01;
+/// Part of the standard deviation of azimuth that continuing a reading may be wrong by.
+constexpr double kContinued = 1e-7;
 /// Part of half a strip over which polynomials that are no cubics are continued.
 constexpr double kPartOfStrip = 0.01;
 constexpr int kContinuedDegree = 3;
-/// Readings of the velocity by which an acceleration is found, evenly over a window.
-constexpr int kSlopeReadings = 9;
-/// Windows, each twice as long as the one before, and the places where they are compared.
-constexpr int kWindows = 12;
+/// Least intervals of a path without noise, and the places where two of them are compared.
+constexpr std::size_t kLeastIntervals = 4;
 constexpr int kComparedPlaces = 48;
+/// The part of these places that two of them must agree at.
+constexpr double kAgreeingPart = 0.9;
 
-/// Slope of the straight line through the velocities within `half_s` of a time by least squares;
-/// near an end of the path the window lies inside it.
-Eigen::Vector3d VelocitySlope_mps2(const FlightPath& path, double time_s, double half_s) {
-  const double middle_s =
-      std::clamp(time_s,
-                 std::min(path.start_s() + half_s, 0.5 * (path.start_s() + path.end_s())),
-                 std::max(path.end_s() - half_s, 0.5 * (path.start_s() + path.end_s())));
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  double squares_s2 = 0.0;
-  constexpr int kHalf = kSlopeReadings / 2;
-  for (int k = -kHalf; k <= kHalf; ++k) {
-    const double after_s = half_s * k / kHalf;
-    Motion motion;
-    if (!path.Evaluate(std::clamp(middle_s + after_s, path.start_s(), path.end_s()), &motion)) {
+/// How much of the speed of the cone the accelerations of two paths turn it by, at most at
+/// kAgreeingPart of the places from the first look to the last.
+double TurnBetween(const FlightPath& path,
+                   const FlightPath& finer,
+                   const FlightPath& coarser,
+                   const PathUse& use) {
+  std::vector<double> turn;
+  for (int k = 0; k < kComparedPlaces; ++k) {
+    const double time_s = use.first_s + (use.last_s - use.first_s) * (k + 0.5) / kComparedPlaces;
+    Motion fine, coarse;
+    if (!finer.Read(time_s, Acceleration::kOfCubic, &fine) ||
+        !coarser.Read(time_s, Acceleration::kOfCubic, &coarse)) {
       continue;
     }
-    sum += after_s * motion.velocity_mps;
-    squares_s2 += after_s * after_s;
+    const double square = path.PieceVelocity_mps(path.PieceOf(time_s)).squaredNorm();
+    turn.push_back((fine.acceleration_mps2 - coarse.acceleration_mps2).norm() * use.range_m /
+                   square);
   }
-  return sum / squares_s2;
+  if (turn.empty()) return 0.0;
+  const auto place = turn.begin() + static_cast<std::ptrdiff_t>(
+                                        kAgreeingPart * static_cast<double>(turn.size() - 1));
+  std::nth_element(turn.begin(), place, turn.end());
+  return *place;
+}
+
+/// The path without the noise of its states: of splines each with half the knots of the one before
+/// the coarser of the two whose accelerations differ least. Noise falls with the spacing of the
+/// knots to the power 3/2, what they smear of the flight itself rises with its square, and the
+/// least difference is between the two (Lepski 1991).
+std::optional<FlightPath> WithoutNoise(const FlightPath& path, const PathUse& use) {
+  const StateNoise noise = EstimateStateNoise(path.states());
+  double ratio_s = noise.velocity_mps > 0.0 ? noise.position_m / noise.velocity_mps : 0.0;
+  std::optional<FlightPath> out;
+  FlightPath finer = path;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t intervals = (path.states().size() - 1) / 2; intervals >= kLeastIntervals;
+       intervals /= 2) {
+    const auto pieces = static_cast<double>(finer.states().size() - 1);
+    ratio_s = std::max(ratio_s, (path.end_s() - path.start_s()) / pieces);
+    std::vector<StateVector> states = FitSpline(finer.states(), intervals, {ratio_s, 1.0});
+    if (states.empty()) break;
+    FlightPath coarser(std::move(states));
+    const double turn = TurnBetween(path, finer, coarser, use);
+    if (turn < least) {
+      least = turn;
+      out = coarser;
+    }
+    finer = std::move(coarser);
+  }
+  return out;
 }
 
 /// Sum of the corrections along three axes, with time derivatives.
@@ -115,8 +147,9 @@ CorrectedPath::CorrectedPath(const Frame& frame,
     plane_ = Plane{frame.VerticalAt(simplified.middle_m), simplified.middle_m};
   }
   if (use.first_s <= use.last_s) {
-    if (turning_.largest > kMaxTurn) steady_ = FindSteadyAcceleration(path, use);
-    anchor_step_s_ = AnchorStep_s(use.azimuth_sigma_m);
+    const double most = corrections.time_bias.empty() ? kMaxTurn : kSteadyTurn;
+    if (turning_.largest > most) smooth_ = WithoutNoise(path, use);
+    if (!ReadsAtCrossing()) anchor_step_s_ = AnchorStep_s(use.azimuth_sigma_m);
   }
   if (!corrections.NeedsTrackAxes()) return;
   if (simplified.fixed_track_axes || (frame.kind() == FrameKind::kLocal && path.IsStraight())) {
@@ -128,57 +161,13 @@ CorrectedPath::CorrectedPath(const Frame& frame,
   }
 }
 
-// The shortest window whose accelerations agree with those of one twice as long: noise falls with
-// the window's length to the power 3/2, what a longer window smears of the flight itself rises with
-// its square, and the first to agree is between the two (Lepski 1991).
-CorrectedPath::SteadyAcceleration CorrectedPath::FindSteadyAcceleration(const FlightPath& path,
-                                                                        const PathUse& use) {
-  const double first_s = use.first_s, last_s = use.last_s;
-  const double most_s = 0.25 * (path.end_s() - path.start_s());
-  const std::size_t middle = path.PieceOf(0.5 * (first_s + last_s));
-  double half_s = std::min(most_s, path.PieceEnd_s(middle) - path.PieceStart_s(middle));
-  double best_s = half_s;
-  SteadyAcceleration out;
-  out.noise = std::numeric_limits<double>::infinity();
-  std::vector<double> change;
-  for (int window = 0; window < kWindows && 2.0 * half_s <= most_s; ++window, half_s *= 2.0) {
-    change.clear();
-    for (int k = 0; k < kComparedPlaces; ++k) {
-      const double time_s = first_s + (last_s - first_s) * (k + 0.5) / kComparedPlaces;
-      const double square = path.PieceVelocity_mps(path.PieceOf(time_s)).squaredNorm();
-      const Eigen::Vector3d change_mps2 =
-          VelocitySlope_mps2(path, time_s, 2.0 * half_s) - VelocitySlope_mps2(path, time_s, half_s);
-      change.push_back(change_mps2.norm() * use.range_m / square);
-    }
-    const double median = MedianInPlace(&change);
-    if (median < out.noise) {
-      out.noise = median;
-      best_s = 2.0 * half_s;
-    }
-    if (median <= kMaxTurn) break;
-  }
-  out.step_s = 0.5 * best_s;
-  // Over the whole path: a time bias may read anywhere.
-  out.start_s =
-      first_s - std::ceil(std::max(0.0, first_s - path.start_s()) / out.step_s) * out.step_s;
-  const double end_s = std::max(last_s, path.end_s());
-  const auto knots = static_cast<std::size_t>((end_s - out.start_s) / out.step_s) + 2;
-  for (std::size_t k = 0; k < knots; ++k) {
-    const double time_s = out.start_s + static_cast<double>(k) * out.step_s;
-    out.knots_mps2.push_back(VelocitySlope_mps2(path, time_s, best_s));
-  }
-  return out;
-}
-
 double CorrectedPath::AnchorStep_s(double sigma_m) const {
   const PassCorrections& c = *corrections_;
   if (c.time_bias.empty()) return 0.0;
   double step_s = std::numeric_limits<double>::infinity();
-  const double turning = IsNoisy() ? steady_.noise : turning_.largest;
-  if (turning > 0.0) {
+  if (turning_.largest > 0.0) {
     const double speed_mps = path_->PieceVelocity_mps(path_->PieceOf(c.middle_s)).norm();
-    const double part = turning_.largest > kSteadyTurn ? kContinuedNoisy : kContinued;
-    step_s = 2.0 * part * sigma_m / (turning * speed_mps);
+    step_s = 2.0 * kContinued * sigma_m / (turning_.largest * speed_mps);
   }
   for (const PolynomialTerm& term : c.polynomials) {
     if (term.degree <= kContinuedDegree) continue;
@@ -188,22 +177,35 @@ double CorrectedPath::AnchorStep_s(double sigma_m) const {
 }
 
 bool CorrectedPath::Anchor(double bias_s, double slack) {
-  if (!LeavesAnchor(bias_s, slack)) return false;
+  if (!(anchor_step_s_ > 0.0)) return false;
+  if (std::abs(bias_s - anchor_s_) <= (0.5 + slack) * anchor_step_s_) return false;
   anchor_s_ = anchor_step_s_ * std::round(bias_s / anchor_step_s_);
   return true;
 }
 
-bool CorrectedPath::ReadNominal(double time_s, Motion* out, std::size_t* piece) const {
-  if (!path_->Read(time_s, Acceleration::kOfCubic, out, piece)) return false;
-  const std::size_t knots = steady_.knots_mps2.size();
-  if (knots == 0) return true;
-  const double place =
-      std::clamp((time_s - steady_.start_s) / steady_.step_s, 0.0, static_cast<double>(knots - 1));
-  const auto k = std::min(static_cast<std::size_t>(place), knots - 2);
-  const double part = place - static_cast<double>(k);
-  const Eigen::Vector3d change_mps2 = steady_.knots_mps2[k + 1] - steady_.knots_mps2[k];
-  out->acceleration_mps2 = steady_.knots_mps2[k] + part * change_mps2;
-  out->jerk_mps3 = change_mps2 / steady_.step_s;
+bool CorrectedPath::ReadNominal(double measured_s,
+                                double read_s,
+                                Motion* out,
+                                std::size_t* piece) const {
+  if (!smooth_) return path_->Read(read_s, Acceleration::kOfCubic, out, piece);
+  Motion recorded, without_noise;
+  if (!path_->Read(measured_s, Acceleration::kOfCubic, &recorded, piece) ||
+      !smooth_->Read(measured_s, Acceleration::kOfCubic, &without_noise)) {
+    return false;
+  }
+  if (read_s == measured_s) {
+    *out = {recorded.position_m,
+            recorded.velocity_mps,
+            without_noise.acceleration_mps2,
+            without_noise.jerk_mps3};
+    return true;
+  }
+  if (!smooth_->Read(read_s, Acceleration::kOfCubic, out)) return false;
+  if (piece != nullptr) *piece = path_->PieceOf(read_s);
+  const Eigen::Vector3d noise_mps = recorded.velocity_mps - without_noise.velocity_mps;
+  out->position_m +=
+      (recorded.position_m - without_noise.position_m) + (read_s - measured_s) * noise_mps;
+  out->velocity_mps += noise_mps;
   return true;
 }
 
@@ -265,11 +267,17 @@ bool CorrectedPath::Read(double measured_s,
   const PassCorrections& c = *corrections_;
   Motion& motion = out->motion;
   std::size_t piece = 0;
-  if (!ReadNominal(read_s, &motion, &piece)) return false;
+  if (!ReadNominal(measured_s, read_s, &motion, &piece)) return false;
   if (axes_ == TrackAxesUse::kConstant) {
     out->axes = &constant_axes_;
   } else if (axes_ == TrackAxesUse::kTurning) {
-    out->turning = TrackAxesOf(verticals_.At(piece, read_s), motion);
+    // Where readings move the axes are continued from one place: their acceleration jumps with the
+    // jerk of the path.
+    const double axes_s = ReadsAtCrossing() ? measured_s : read_s;
+    Motion there = motion;
+    if (axes_s != read_s && !ReadNominal(measured_s, axes_s, &there, &piece)) return false;
+    out->turning = TrackAxesOf(verticals_.At(piece, axes_s), there);
+    if (axes_s != read_s) out->turning = out->turning->After(read_s - axes_s);
     out->axes = &out->turning->axes;
   }
   AxisSums track, frame;
@@ -351,28 +359,12 @@ CorrectedPaths::CorrectedPaths(const Block& block,
   }
 }
 
-bool CorrectedPaths::Anchor(const Eigen::VectorXd& x, double slack, Anchors which) {
+bool CorrectedPaths::Anchor(const Eigen::VectorXd& x, double slack) {
   bool changed = false;
   for (std::size_t pass = 0; pass < paths_.size(); ++pass) {
-    const bool noisy = paths_[pass].HasNoisyAnchor();
-    if (which != Anchors::kAll && noisy != (which == Anchors::kNoisy)) continue;
     changed = paths_[pass].Anchor(layout_.TimeBias_s(pass, x), slack) || changed;
   }
   return changed;
-}
-
-bool CorrectedPaths::LeaveNoisyAnchors(const Eigen::VectorXd& x, double slack) const {
-  for (std::size_t pass = 0; pass < paths_.size(); ++pass) {
-    const CorrectedPath& path = paths_[pass];
-    if (path.HasNoisyAnchor() && path.LeavesAnchor(layout_.TimeBias_s(pass, x), slack)) return true;
-  }
-  return false;
-}
-
-bool CorrectedPaths::HasNoisyAnchors() const {
-  return std::any_of(paths_.begin(), paths_.end(), [](const CorrectedPath& path) {
-    return path.HasNoisyAnchor();
-  });
 }
 
 void CorrectedPaths::AnchorLike(const CorrectedPaths& other) {

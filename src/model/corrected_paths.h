@@ -76,39 +76,41 @@ class CorrectedPath {
                 const Simplified& simplified);
 
   /// Part of the speed at which the cone passes over a point; where noise of the states turns the
-  /// cone by more, the acceleration of the path without that noise takes the place of the cubic's.
+  /// cone by more, the antenna moves on along the path without that noise (IsNoisy).
   static constexpr double kMaxTurn = 0.01;
-  /// That above which each place is another path (HasNoisyAnchor). The recorded orbits of
+  /// The same where a time bias moves the antenna far along its path. The recorded orbits of
   /// datasets/scenes have 1e-6 to 1e-5, its recorded flights 5e-3 and more.
   static constexpr double kSteadyTurn = 1e-3;
 
   [[nodiscard]] const FlightPath& path() const { return *path_; }
   [[nodiscard]] const PassCorrections& corrections() const { return *corrections_; }
 
-  /// The nominal path at a time: position and velocity as recorded, acceleration and jerk as the
-  /// antenna moves on from there. False too far beyond the path's ends. `piece`, where given,
-  /// becomes the index of the piece.
-  [[nodiscard]] bool ReadNominal(double time_s, Motion* out, std::size_t* piece = nullptr) const;
-  /// Whether noise of its states makes the pass be read with the acceleration without that noise.
-  [[nodiscard]] bool IsNoisy() const { return !steady_.knots_mps2.empty(); }
-  /// Where the path is read for a look: at its measured time and the anchor.
-  [[nodiscard]] double ReadingTime_s(double measured_s) const { return measured_s + anchor_s_; }
+  /// The nominal path read at read_s for a look measured at measured_s: position and velocity as
+  /// recorded, acceleration and jerk as the antenna moves on from there. Of a noisy pass position
+  /// and velocity are those recorded at measured_s, and from there to read_s the antenna moves as
+  /// the path without noise does (docs/theory/observations.md, eq. (11e)). False too far beyond the
+  /// path's ends. `piece`, where given, becomes the index of the piece.
+  [[nodiscard]] bool ReadNominal(double measured_s,
+                                 double read_s,
+                                 Motion* out,
+                                 std::size_t* piece = nullptr) const;
+  /// Whether noise of its states makes the antenna move on along the path without that noise.
+  [[nodiscard]] bool IsNoisy() const { return smooth_.has_value(); }
+  /// Whether a look reads the path where it sees its point, not near its measured time: along the
+  /// path without noise that is one smooth curve, however far a time bias goes.
+  [[nodiscard]] bool ReadsAtCrossing() const {
+    return IsNoisy() && !corrections_->time_bias.empty();
+  }
+  /// Where the path is read first for a look whose time with its bias is path_s.
+  [[nodiscard]] double ReadingTime_s(double measured_s, double path_s) const {
+    return ReadsAtCrossing() ? path_s : measured_s + anchor_s_;
+  }
   /// Sets the anchor, a whole number of steps of a grid, to the nearest of a time bias; returns
   /// whether it changed. A reading that moved with a time bias would jump wherever it passes from
   /// one piece of the path to the next, and no step would end there; one that stays is continued by
   /// its derivatives for what is left, less than half a step. The anchor stays where the bias is
   /// within half a step and `slack` of one.
   bool Anchor(double bias_s, double slack = 0.0);
-  /// Whether a time bias is farther from the anchor than that.
-  [[nodiscard]] bool LeavesAnchor(double bias_s, double slack) const {
-    return anchor_step_s_ > 0.0 && std::abs(bias_s - anchor_s_) > (0.5 + slack) * anchor_step_s_;
-  }
-  /// Whether each place of the path is another path: noise of its states, or turbulence between
-  /// them, moves a solution with its anchor, and an anchor that followed every step of the bias
-  /// would never stay.
-  [[nodiscard]] bool HasNoisyAnchor() const {
-    return anchor_step_s_ > 0.0 && turning_.largest > kSteadyTurn;
-  }
   /// Reads where another reading of the same pass does.
   void AnchorLike(const CorrectedPath& other) { anchor_s_ = other.anchor_s_; }
   /// Reads this much after the measured times.
@@ -127,20 +129,12 @@ class CorrectedPath {
 
  private:
   enum class TrackAxesUse { kNone, kConstant, kTurning };
-  /// Acceleration of a path without the noise of its states, linear between knots `step_s` apart.
-  struct SteadyAcceleration {
-    double start_s = 0.0, step_s = 1.0;
-    std::vector<Eigen::Vector3d> knots_mps2;  ///< empty: not used
-    double noise = 0.0;  ///< how much of the speed of the cone the noise left turns it by
-  };
   /// The tangent plane of a flat frame.
   struct Plane {
     Vertical middle;
     Eigen::Vector3d middle_m;
   };
   [[nodiscard]] double AnchorStep_s(double sigma_m) const;
-  [[nodiscard]] static SteadyAcceleration FindSteadyAcceleration(const FlightPath& path,
-                                                                 const PathUse& use);
   const Frame* frame_;
   const FlightPath* path_;
   const PassCorrections* corrections_;
@@ -148,17 +142,10 @@ class CorrectedPath {
   Eigen::Matrix3d constant_axes_ = Eigen::Matrix3d::Identity();  // kConstant
   VerticalTable verticals_;                                      // kTurning
   ConeTurning turning_;
-  SteadyAcceleration steady_;
+  std::optional<FlightPath> smooth_;  // without noise; unset: not used
   std::optional<Plane> plane_;
   double anchor_step_s_ = 0.0;  // 0: the anchor stays 0
   double anchor_s_ = 0.0;
-};
-
-/// Passes whose anchors are set.
-enum class Anchors {
-  kAll,
-  kNoisy,   ///< CorrectedPath::HasNoisyAnchor
-  kSteady,  ///< the others
 };
 
 /// What the looks of each pass of a block say of how its path is to be read.
@@ -176,11 +163,7 @@ class CorrectedPaths {
   [[nodiscard]] const CorrectedPath& operator[](std::size_t pass) const { return paths_[pass]; }
   /// Sets the anchors to the time biases in all corrections `x` of the block; returns whether one
   /// changed (CorrectedPath::Anchor).
-  bool Anchor(const Eigen::VectorXd& x, double slack = 0.0, Anchors which = Anchors::kAll);
-  /// Whether the time bias of a pass leaves its noisy anchor (CorrectedPath::LeavesAnchor).
-  [[nodiscard]] bool LeaveNoisyAnchors(const Eigen::VectorXd& x, double slack) const;
-  /// Whether a pass has a noisy anchor (CorrectedPath::HasNoisyAnchor).
-  [[nodiscard]] bool HasNoisyAnchors() const;
+  bool Anchor(const Eigen::VectorXd& x, double slack = 0.0);
   /// Those of other corrections of the same passes.
   void AnchorLike(const CorrectedPaths& other);
 

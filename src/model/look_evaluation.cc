@@ -173,6 +173,67 @@ void SetCurvatureOfDoppler(const Crossing& crossing, double wavelength_m, LookCu
   out->cone_by_velocity.setZero();
 }
 
+/// Direction errors of the cone axis under corrections x, along the axes of a reading.
+AxisTurn TurnAt(const PassCorrections& c, const PathReading& path, const double* x) {
+  AxisTurn turn;
+  turn.used = !c.velocity_across.empty() || !c.velocity_up.empty();
+  if (!turn.used) return turn;
+  const double across = SumOf(c.velocity_across, x), up = SumOf(c.velocity_up, x);
+  turn.value = across * path.axes->col(1) + up * path.axes->col(2);
+  if (path.turning) {
+    turn.rate = across * path.turning->rate.col(1) + up * path.turning->rate.col(2);
+  }
+  return turn;
+}
+
+/// What the acceleration of the corrections takes off the metres that a second is at the target.
+/// Weights are of the path as it is given: with the bends of wide splines they would follow every
+/// step, and each step the weights.
+double UnitByCorrections(const CorrectedPath& corrected,
+                         double measured_s,
+                         double read_s,
+                         const Motion& motion,
+                         const LookEquations& eq) {
+  const PassCorrections& c = corrected.corrections();
+  const bool bends =
+      !c.splines.empty() || std::any_of(c.polynomials.begin(),
+                                        c.polynomials.end(),
+                                        [](const PolynomialTerm& term) { return term.degree > 1; });
+  Motion given;
+  if (!bends || !corrected.ReadNominal(measured_s, read_s, &given)) return 0.0;
+  return eq.ded_dv.dot(motion.acceleration_mps2 - given.acceleration_mps2);
+}
+
+/// A crossing so near a reading is read exactly by one more.
+constexpr double kNearCrossing_s = 0.05;
+constexpr int kMaxReadings = 4;
+
+/// When a look sees a point, read from read_s on as often as it takes to come near; read_s where
+/// there is no crossing, or none within the path.
+double CrossingTime_s(const CorrectedPath& corrected,
+                      const MeasuredLook& look,
+                      const Eigen::Vector3d& start_m,
+                      const Eigen::Vector3d& displacement_m,
+                      const double* x,
+                      double read_s) {
+  const double squint_bias_rad = SumOf(corrected.corrections().squint_bias, x);
+  for (int reading = 0; reading < kMaxReadings; ++reading) {
+    PathReading path;
+    if (!corrected.Read(look.time_s, read_s, x, &path)) return read_s;
+    const AxisTurn turn = TurnAt(corrected.corrections(), path, x);
+    const Eigen::Vector3d d_before = (start_m - path.motion.position_m) + displacement_m;
+    Crossing crossing;
+    if (!FindCrossing(path.motion, d_before, turn, look.cone, squint_bias_rad, &crossing)) {
+      return read_s;
+    }
+    const double crossing_s = read_s + crossing.dt_s;
+    if (BeyondPath(corrected.path(), crossing_s) != Beyond::kInside) return read_s;
+    read_s = crossing_s;
+    if (std::abs(crossing.dt_s) <= kNearCrossing_s) break;
+  }
+  return read_s;
+}
+
 }  // namespace
 
 Beyond BeyondPath(const FlightPath& path, double path_s) {
@@ -193,23 +254,19 @@ bool EvaluateMeasuredLook(const CorrectedPath& corrected,
   using Azimuth = MeasuredLook::Azimuth;
   const PassCorrections& c = corrected.corrections();
   const double measured_s = look.time_s;
-  const double read_s = corrected.ReadingTime_s(measured_s);
   const double path_s = measured_s + SumOf(c.time_bias, x);
-  const double biased_s = path_s - read_s;
   const Beyond beyond = BeyondPath(corrected.path(), path_s);
-  PathReading path;
-  if (beyond == Beyond::kFar || !corrected.Read(measured_s, read_s, x, &path)) return false;
-  AxisTurn turn;
-  turn.used = !c.velocity_across.empty() || !c.velocity_up.empty();
-  if (turn.used) {
-    const double across = SumOf(c.velocity_across, x), up = SumOf(c.velocity_up, x);
-    turn.value = across * path.axes->col(1) + up * path.axes->col(2);
-    if (path.turning) {
-      turn.rate = across * path.turning->rate.col(1) + up * path.turning->rate.col(2);
-    }
-  }
-  // An exact time has no error to be found: the path is continued to it.
+  if (beyond == Beyond::kFar) return false;
   const bool exact_time = look.azimuth != Azimuth::kTime;
+  double read_s = corrected.ReadingTime_s(measured_s, path_s);
+  if (corrected.ReadsAtCrossing() && !exact_time) {
+    read_s = CrossingTime_s(corrected, look, start_m, displacement_m, x, read_s);
+  }
+  const double biased_s = path_s - read_s;
+  PathReading path;
+  if (!corrected.Read(measured_s, read_s, x, &path)) return false;
+  AxisTurn turn = TurnAt(c, path, x);
+  // An exact time has no error to be found: the path is continued to it.
   const double exact_s = exact_time ? biased_s : 0.0;
   if (exact_s != 0.0) {
     path.motion = path.motion.After(exact_s);
@@ -263,6 +320,9 @@ bool EvaluateMeasuredLook(const CorrectedPath& corrected,
   out->whitened_error = {wr * (range_error_m + range_rate * last_step),
                          wt * (crossing.error + last_step)};
   out->azimuth_unit_m = crossing.unit_m;
+  if (!exact_time) {
+    out->azimuth_unit_m += UnitByCorrections(corrected, measured_s, read_s, path.motion, eq);
+  }
   out->beyond_path = beyond == Beyond::kNear;
   // Factors that turn a partial of e_d into those of the range and of the time or Doppler.
   const double of_azimuth = wt * slowness, of_range = wr * range_rate * slowness;

@@ -42,8 +42,8 @@ struct LookEvaluation {
   Eigen::Matrix<double, 2, 3> d_point;  ///< [1] and [s/m] or [Hz/m], times the weights
   /// By the look's local columns; the first column_count of each row are set.
   std::array<std::array<double, ParameterLayout::kMaxLocalColumns>, 2> row;
-  /// Metres along track at the target that a unit of the azimuth measurement is: the speed at which
-  /// the look passes over it, on the path without the noise of its states, or |de_d/df|.
+  /// Metres along track at the target that a unit of the azimuth measurement is: |de_d/df|, or the
+  /// speed at which the look passes over it, on the path without noise and bends of corrections.
   double azimuth_unit_m = 0.0;
   bool beyond_path = false;  ///< the path was continued beyond its ends
 
@@ -94,9 +94,9 @@ struct LookCurvature {
 /// error t_p - t with its acceleration and jerk: within a piece of the path that is the path
 /// itself, to third order. So the equations of a look are smooth however much the path's
 /// acceleration jumps at its states, nothing is read beyond the ends of a path but for a time bias,
-/// and a look depends on the same parameters at every state. Where noise of the states makes the
-/// cubic's acceleration turn the cone by more than CorrectedPath::kMaxTurn of the speed at which it
-/// passes over the points, the acceleration of the path without that noise takes its place. t_p is
+/// and a look depends on the same parameters at every state. Where states are noisy the antenna
+/// moves on along the path without that noise (CorrectedPath::IsNoisy), which is read at t_p where
+/// there is a time bias, the noise that of t (CorrectedPath::ReadsAtCrossing). t_p is
 /// found anew at every evaluation (Newton's method on the cone, to 1e-12 of rho). A range alone is
 /// e_r at t, as of a look whose Doppler is measured; row 1 is then 0.
 ///

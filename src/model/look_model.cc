@@ -98,7 +98,7 @@ std::optional<CorrectedMotion> LookModel::CorrectedMotionAt(std::size_t pass,
                                                             double time_s,
                                                             const Eigen::VectorXd& x) const {
   const double path_s = time_s + layout_.TimeBias_s(pass, x);
-  return ReadMotion(pass, time_s, paths_[pass].ReadingTime_s(time_s), path_s, x);
+  return ReadMotion(pass, time_s, paths_[pass].ReadingTime_s(time_s, path_s), path_s, x);
 }
 
 std::optional<CorrectedMotion> LookModel::CorrectedMotionAtPathTime(

@@ -105,15 +105,7 @@ class LookModel {
 
   /// Reads the paths at the time biases in all corrections `x`; returns whether that changed what a
   /// look reads (CorrectedPath::Anchor).
-  bool Anchor(const Eigen::VectorXd& x, double slack = 0.0, Anchors which = Anchors::kAll) {
-    return paths_.Anchor(x, slack, which);
-  }
-  /// Whether the time bias of a pass leaves its noisy anchor (CorrectedPath::LeavesAnchor).
-  [[nodiscard]] bool LeaveNoisyAnchors(const Eigen::VectorXd& x, double slack) const {
-    return paths_.LeaveNoisyAnchors(x, slack);
-  }
-  /// Whether a pass has a noisy anchor (CorrectedPath::HasNoisyAnchor).
-  [[nodiscard]] bool HasNoisyAnchors() const { return paths_.HasNoisyAnchors(); }
+  bool Anchor(const Eigen::VectorXd& x, double slack = 0.0) { return paths_.Anchor(x, slack); }
   /// Reads the same passes where another model does.
   void AnchorLike(const LookModel& other) { paths_.AnchorLike(other.paths_); }
 

@@ -56,6 +56,9 @@ namespace {
 constexpr double kFirstDamping = 1e-8;
 constexpr double kMinDamping = 1e-12;
 constexpr double kMaxDamping = 1e12;
+/// Of the damping that a part of a solution ended with, the most that the next one begins with:
+/// more is left where no step lowered the cost, and says nothing of the next ones.
+constexpr double kMaxKeptDamping = 1e-2;
 constexpr double kNear = 0.5;
 /// Changes of the cost below this part of it may be rounding: residuals of a sigma with an error of
 /// 1e-12 m in ranges of 1e4 m make 1e-13 of it, with 1e-9 m in ranges of 1e6 m 1e-10.
@@ -156,7 +159,7 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
   // Reweighting brings a solution near from anywhere and then creeps; second order finishes it.
   Weighting weighting = asked;
   double& damping = report.damping;
-  damping = options.undamped ? 0.0 : std::max(kFirstDamping, options.damping);
+  damping = options.undamped ? 0.0 : std::clamp(options.damping, kFirstDamping, kMaxKeptDamping);
   double settle_below = kMaxOwnStep;
   int refused = 0;
   std::string left_text;
@@ -201,6 +204,7 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       }
     }
     report.formed_at_state = !newton.curved;
+    report.final_cost = system.cost();  // weights may have followed
     return true;
   };
   const bool starts = restart();

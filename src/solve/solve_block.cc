@@ -90,11 +90,6 @@ constexpr double kApproached = 1.0;
 /// Of a step of the anchors, that a time bias may go beyond where its looks are read: at first, and
 /// once they were read near the solution.
 constexpr double kAnchorSlack = 0.25, kLateAnchorSlack = 30.0;
-/// Steps after each of which noisy paths are read at their time biases.
-constexpr int kMaxFollowingSteps = 8;
-constexpr const char* kStrays =
-    "time biases go on leaving the places of their flight paths that looks are read at: they are "
-    "hardly determined (tighter priors, fewer corrections)";
 constexpr int kMaxFinishingSteps = 25;
 constexpr int kMaxRounds = 5;
 /// Rounds of leaving out mirror solutions and taking back points that fit then.
@@ -155,28 +150,6 @@ void AddTo(const SolveReport& part, SolveReport* total) {
   total->message = part.message;
 }
 
-/// Finds where noisy paths are read (CorrectedPath::HasNoisyAnchor): at their time biases after
-/// each of the first steps. The steps are the reduced engine's whichever engine goes on, so that
-/// every engine begins with the same equations.
-void FollowTimeBiases(const Weighting& weighting,
-                      int allowed,
-                      AdjustmentProblem* problem,
-                      BlockState* state,
-                      ReducedSystem* system,
-                      SolveReport* total,
-                      ProgressSink* progress) {
-  SolveOptions one;
-  one.max_iterations = 1;
-  one.settle_below = kApproached;
-  for (int step = 0; step < kMaxFollowingSteps && total->iterations + 1 < allowed; ++step) {
-    one.damping = total->damping;
-    const SolveReport report = SolveReduced(*problem, weighting, one, system, state, progress);
-    AddTo(report, total);
-    problem->model.Anchor(state->corrections, kAnchorSlack, Anchors::kNoisy);
-    if (report.iterations == 0) break;
-  }
-}
-
 }  // namespace
 
 SolveReport SolveRounds(const Weighting& weighting,
@@ -202,9 +175,6 @@ SolveReport SolveRounds(const Weighting& weighting,
   system.emplace(*problem, KeptFactors::kMaxBytes);
   Weighting weighted = weighting;
   if (least_squares) weighted.renewed = &problem->weights;
-  if (least_squares && problem->model.HasNoisyAnchors()) {
-    FollowTimeBiases(weighted, allowed, problem, state, &*system, &total, progress);
-  }
   bool finished = false;  // at the places where the paths were read
   for (int round = 0; round < kMaxRounds; ++round) {
     SolveOptions solve;
@@ -231,7 +201,7 @@ SolveReport SolveRounds(const Weighting& weighting,
       AddTo(SolveReduced(*problem, weighted, solve, &*system, state, progress), &total);
     }
     if (least_squares) {
-      if (round == 0) problem->model.Anchor(state->corrections, 0.0, Anchors::kSteady);
+      if (round == 0) problem->model.Anchor(state->corrections);
       const bool factored = NewtonFinish(options, problem, state, &*system, &total, progress);
       if (factored) {
         total.converged = total.decrement <= std::max(options.tolerance, kRemainingStepAccepted);
@@ -241,18 +211,9 @@ SolveReport SolveRounds(const Weighting& weighting,
         if (!total.converged) total.message = LimitReached(options.max_iterations);
         break;
       }
-      if (round + 1 == kMaxRounds) {
-        if (finished && problem->model.LeaveNoisyAnchors(state->corrections, kLateAnchorSlack)) {
-          total.converged = false;
-          total.message = kStrays;
-        }
-        break;
-      }
+      if (round + 1 == kMaxRounds) break;
       const double slack = round == 0 ? kAnchorSlack : kLateAnchorSlack;
-      const bool steady = problem->model.Anchor(state->corrections, slack, Anchors::kSteady);
-      const bool noisy =
-          problem->model.Anchor(state->corrections, kLateAnchorSlack, Anchors::kNoisy);
-      if (steady || noisy) continue;
+      if (problem->model.Anchor(state->corrections, slack)) continue;
       if (finished || round > 1) break;
       continue;  // a damped solution to the end
     }

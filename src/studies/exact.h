@@ -3,6 +3,7 @@
 
 #include "sarblock/model/result.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -243,28 +244,33 @@ class LookModelOf {
     Path moves;
   };
 
-  Nominal NominalAt(std::size_t pass_index, double read_s) const {
-    const Pass& pass = problem_.block.passes[pass_index];
-    const std::vector<StateVector>& states = pass.path.states();
+  Nominal NominalAt(std::size_t pass_index, double measured_s, double read_s) const {
+    const CorrectedPath& path = problem_.model.paths()[pass_index];
+    Nominal out;
+    if (path.IsNoisy()) {  // the motion without the noise of the states is given numbers
+      Motion given;
+      CHECK(path.ReadNominal(measured_s, read_s, &given));
+      const Vec<T> p = Cast<T>(given.position_m), v = Cast<T>(given.velocity_mps);
+      const Vec<T> a = Cast<T>(given.acceleration_mps2), jerk = Cast<T>(given.jerk_mps3);
+      for (std::size_t i = 0; i < 3; ++i) {
+        out.position[i] = {p[i], v[i], a[i], jerk[i]};
+        out.velocity[i] = {v[i], a[i], jerk[i], T(0)};
+      }
+      return out;
+    }
+    const std::vector<StateVector>& states = path.path().states();
     std::size_t k = 0;
     while (k + 2 < states.size() && states[k + 1].time_s <= read_s) ++k;
     const Vec<T> p0 = Cast<T>(states[k].position_m), p1 = Cast<T>(states[k + 1].position_m);
     const Vec<T> v0 = Cast<T>(states[k].velocity_mps), v1 = Cast<T>(states[k + 1].velocity_mps);
     const T h = T(states[k + 1].time_s) - T(states[k].time_s);
     const T u = T(read_s) - T(states[k].time_s);
-    // The acceleration of a noisy path is a given number.
-    const bool noisy = problem_.model.paths()[pass_index].IsNoisy();
-    Motion steady;
-    if (noisy) CHECK(problem_.model.paths()[pass_index].ReadNominal(read_s, &steady));
-    const Vec<T> a_steady = Cast<T>(steady.acceleration_mps2), j_steady = Cast<T>(steady.jerk_mps3);
-    Nominal out;
     for (std::size_t i = 0; i < 3; ++i) {
       const T mean = (p1[i] - p0[i]) / h;
       const T c2 = (T(3) * mean - T(2) * v0[i] - v1[i]) / h;
       const T c3 = (v0[i] + v1[i] - T(2) * mean) / (h * h);
       const T v = v0[i] + u * (T(2) * c2 + T(3) * u * c3);
-      const T jerk = noisy ? j_steady[i] : T(T(6) * c3);
-      const T a = noisy ? a_steady[i] : T(T(2) * c2 + u * jerk);
+      const T jerk = T(6) * c3, a = T(2) * c2 + u * jerk;
       out.position[i] = {p0[i] + u * (v0[i] + u * (c2 + u * c3)), v, a, jerk};
       out.velocity[i] = {v, a, jerk, T(0)};
     }
@@ -347,14 +353,23 @@ LookAt<T> LookModelOf<T>::Evaluate(std::size_t look,
   };
 
   // The corrected path and what moves it.
-  const double read_s = problem_.model.paths()[pass].ReadingTime_s(measured_s);
+  const T crossing_s = T(measured_s) + sum(c.time_bias) + (exact_time ? T(0) : shift);
+  const CorrectedPath& path = problem_.model.paths()[pass];
+  const double read_s = path.ReadingTime_s(measured_s, static_cast<double>(crossing_s));
   const T t = T(read_s);
-  const T shift_s = (exact_time ? T(0) : shift) + (T(measured_s) - t) + sum(c.time_bias);
-  const Nominal nominal = NominalAt(pass, read_s);
+  const T shift_s = crossing_s - t;
+  const Nominal nominal = NominalAt(pass, measured_s, read_s);
   std::array<Path, 3> track;
-  if (c.NeedsTrackAxes()) track = AxesOf(nominal);
+  const double axes_s = path.ReadsAtCrossing() ? measured_s : read_s;
+  if (c.NeedsTrackAxes()) track = AxesOf(NominalAt(pass, measured_s, axes_s));
+  const T since_axes = t - T(axes_s);
   for (Path& axis : track) {
-    for (Series<T>& of : axis) of.c3 = T(0);  // left out of the model
+    for (Series<T>& of : axis) {  // their third derivative is left out of the model
+      of = {of.c0 + since_axes * (of.c1 + since_axes / T(2) * of.c2),
+            of.c1 + since_axes * of.c2,
+            of.c2,
+            T(0)};
+    }
   }
   Path s = nominal.position;
   std::vector<Direction> directions;
@@ -391,6 +406,14 @@ LookAt<T> LookModelOf<T>::Evaluate(std::size_t look,
   for (const Direction& d : directions) {
     s = s + Series<T>(local[static_cast<std::size_t>(d.column)]) * d.moves;
   }
+
+  // Metres become seconds on the path without the acceleration of corrections that bend it.
+  Vec<T> bend = {T(0), T(0), T(0)};
+  const bool bends = !c.splines.empty() ||
+                     std::any_of(c.polynomials.begin(), c.polynomials.end(), [](const auto& term) {
+                       return term.degree > 1;
+                     });
+  for (std::size_t i = 0; bends && i < 3; ++i) bend[i] = s[i].c2 - nominal.position[i].c2;
 
   // A time shift_s later: value, velocity and acceleration of the antenna and of what moves it.
   const T half = shift_s * shift_s / T(2);
@@ -524,7 +547,7 @@ LookAt<T> LookModelOf<T>::Evaluate(std::size_t look,
 
   out.range_rate = Dot(range_by_s, velocity);
   out.cone_rate = Dot(cone_by_axis, axis_rate) - Dot(cone_by_p, velocity);
-  out.along_rate = sin_tau * Dot(observation, velocity) - out.cone_rate;
+  out.along_rate = sin_tau * Dot(observation, velocity) - out.cone_rate + Dot(cone_by_axis, bend);
   if (exact_time) {
     out.range_rate = T(0);
     out.cone_rate = T(-1) * rho * half_wavelength / speed * cos_tau / cos_given;

@@ -21,8 +21,8 @@ fitted by least squares in the terms of the choice.
     holds    none of these: a good block that is to be accepted
 
 Printed are a line per adjustment (verdict, largest error over its prior, what the terms leave, s0^2, mean normalised
-square of the points' true errors, iterations, first cause) and a table of the four kinds; FOLDER/choices.json has the
-same. Seed 0 is that of the scene. Python 3.9 and numpy. Not a test of its own: it measures how often, in minutes;
+square of the points' true errors, iterations, first cause), a table of the four kinds, and how far time biases are off; FOLDER/choices.json
+has the same. Seed 0 is that of the scene. Python 3.9 and numpy. Not a test of its own: it measures how often, in minutes;
 tests/diagnose/choices_test.cc holds a part of it."""
 import argparse
 import collections
@@ -202,6 +202,12 @@ def mean_normalised_square(block, result):
     return float(np.mean(squares)) if squares else math.nan
 
 
+def time_biases(result):
+    """Estimated time biases over their standard deviations; those of the scenes are zero."""
+    return [float(row["value"]) / float(row["sigma"]) for row in rows(result / "passes.csv")
+            if row["parameter"] == "time.bias" and row["sigma"]]
+
+
 def run(program, folder, result, *options):
     ended = subprocess.run([program, "adjust", folder, "-o", result, "--quiet", "--force", "--threads", "1", *options],
                            capture_output=True, text=True, check=False)
@@ -232,6 +238,8 @@ def adjust(program, block, errors, choice, engines, folder):
            **run(program, folder, result)}
     if out["verdict"] != "refused":
         out["normalised_square"] = mean_normalised_square(block, result)
+        if biases:
+            out["time_biases"] = time_biases(result)
     if engines:
         out["ceres"] = run(program, folder, folder / "ceres", "--set", "engine=ceres")
         if "refused" not in (out["verdict"], out["ceres"]["verdict"]):
@@ -248,6 +256,13 @@ def report(results):
         iterations = [result["iterations"] for result in of if "iterations" in result]
         print(f"{kind:9}{len(of):7}{accepted:10}{sum(not result.get('converged', True) for result in of):15}{right:19}"
               f"{sum(n > 12 for n in iterations):21}{max(iterations, default=0):6}")
+    for scene in dict.fromkeys(result["scene"] for result in results):
+        for prior_m in PRIORS_M:
+            of = np.array([bias for result in results if result["scene"] == scene and f"-{prior_m}-" in result["choice"]
+                           for bias in result.get("time_biases", [])])
+            if len(of):
+                print(f"{scene}, priors of {prior_m} m: {len(of)} time biases are {np.sqrt(np.mean(of ** 2)):.2f} of their standard "
+                      f"deviations off (rms), {np.abs(of).max():.2f} at most")
     compared = [result for result in results if "ceres" in result]
     for engine, of in (("default engine", compared), ("engine=ceres", [result["ceres"] for result in compared])):
         iterations = [result["iterations"] for result in of if "iterations" in result]

@@ -179,7 +179,8 @@ TEST_P(LookModelTest, AgreesWithItsTwinInFiftyDigits) {
       ASSERT_TRUE(model.Evaluate({i, columns, start_m, displacement_m, local.data()}, {}, &at));
 
       auto p = test::Cast<Digits50>(start_m) + test::Cast<Digits50>(displacement_m);
-      const Digits50 read = model.paths()[block.looks.pass[i]].ReadingTime_s(block.looks.time_s[i]);
+      const Digits50 read = model.paths()[block.looks.pass[i]].ReadingTime_s(block.looks.time_s[i],
+                                                                             block.looks.time_s[i]);
       const auto errors = twin.Errors(i, p, value, read);
       EXPECT_NEAR(at.whitened_error[0], static_cast<double>(errors.range), error_bound_m);
       EXPECT_NEAR(at.whitened_error[1] * at.azimuth_unit_m,

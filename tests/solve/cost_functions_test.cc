@@ -88,8 +88,8 @@ TEST_P(LookCostTest, AgreesWithAutomaticDerivatives) {
   const double squint = 1.9e-3;
   for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
     Motion motion;
-    ASSERT_TRUE(
-        problem_.model.paths()[block.looks.pass[i]].ReadNominal(block.looks.time_s[i], &motion));
+    ASSERT_TRUE(problem_.model.paths()[block.looks.pass[i]].ReadNominal(
+        block.looks.time_s[i], block.looks.time_s[i], &motion));
     const ceres::AutoDiffCostFunction<SphereAndCone, 2, 3, 2, 1, 3> automatic(
         new SphereAndCone{motion,
                           known_.truth_m[point],

@@ -127,7 +127,8 @@ class Normals {
           time.emplace_back(column, Digits(w.azimuth_per_unit) * t);
         };
     const Looks& looks = problem_.block.looks;
-    const Digits read = problem_.model.paths()[looks.pass[look]].ReadingTime_s(looks.time_s[look]);
+    const Digits read = problem_.model.paths()[looks.pass[look]].ReadingTime_s(looks.time_s[look],
+                                                                               looks.time_s[look]);
     std::pair<std::string, std::string> moved;
     Digits by = 0;
     const Twin::Value value = [&](const std::string& owner, const std::string& name) {
