@@ -684,7 +684,7 @@ class Diagnosing {
     }
   }
 
-  /// Of this size; with `cures`, what it does to the whole block too.
+  /// The explanation with a size; `cures`: applied to the whole block too.
   Described Describe(const Fit& before,
                      const Candidate& candidate,
                      const Size& found,

@@ -71,8 +71,8 @@ struct Hypothesis {
   bool local = false;
   /// Undone in the points of the sample alone: the whole block cannot say what it does.
   bool of_sample = false;
-  /// Of the same size, larger standard deviations than it asks for: advised in its place where the
-  /// residuals of the whole block are not too small for them.
+  /// The same error with larger standard deviations, which are advised instead where the residuals
+  /// of the whole block are not too small for them.
   std::function<Hypothesis(const Block& whole)> cautious;
 };
 

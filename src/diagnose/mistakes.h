@@ -129,7 +129,7 @@ struct LookSums {
 struct BlockCure {
   Explanation::Cure cure;
   bool priors_hold = true;  ///< below what chance allows
-  /// Of standard deviations alone: ranges and azimuths of the passes that they concern, and of all.
+  /// Set for standard deviations: ranges and azimuths, of the passes concerned and of all passes.
   std::array<LookSums, 2> of_passes, of_all;
 };
 [[nodiscard]] BlockCure CureOf(const Block& given,

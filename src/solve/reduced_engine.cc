@@ -56,8 +56,8 @@ namespace {
 constexpr double kFirstDamping = 1e-8;
 constexpr double kMinDamping = 1e-12;
 constexpr double kMaxDamping = 1e12;
-/// Of the damping that a part of a solution ended with, the most that the next one begins with:
-/// more is left where no step lowered the cost, and says nothing of the next ones.
+/// The most damping that a part of a solution takes over from the one before: a larger one is left
+/// where no step lowered the cost, and says nothing of the next steps.
 constexpr double kMaxKeptDamping = 1e-2;
 constexpr double kNear = 0.5;
 /// Changes of the cost below this part of it may be rounding: residuals of a sigma with an error of
