@@ -600,6 +600,10 @@ AdjustResult AdjustGiven(const Block& block,
       defects,
       &result);
   WarnOfRounding(problem, state, &result);
+  if (!floating && why_not.empty()) {
+    result.bends = BendsOfCorrections(problem, state, *system, result.parameters);
+    WarnOfBends(&result);
+  }
   const bool of_whole_block = options.covariance == CovarianceLevel::kBlock ||
                               options.covariance == CovarianceLevel::kMonteCarlo;
   if (!result.points.covariance_m2.empty() && of_whole_block) {

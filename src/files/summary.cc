@@ -114,6 +114,16 @@ Json Counts(const Block& block, const AdjustResult& result) {
   return counts;
 }
 
+Json Bends(const AdjustResult& result) {
+  Json bends = Json::array();
+  for (const CorrectionBend& bend : result.bends) {
+    const ParameterResult& parameter = result.parameters[bend.parameter];
+    bends.push_back(
+        {{"owner", parameter.owner}, {"parameter", parameter.name}, {"part", bend.part}});
+  }
+  return bends;
+}
+
 Json ChiSquare(const AdjustTable& options, const AdjustResult& result) {
   if (std::isnan(result.sigma0_squared)) return nullptr;
   return {{"value", result.sigma0_squared * result.test_redundancy},
@@ -235,6 +245,7 @@ std::string Summary(const Block& block,
   if (result.montecarlo) summary["montecarlo"] = MonteCarloSection(*result.montecarlo);
   summary["covariance"] = NameOfChoice("covariance", options);
   summary["condition"] = result.condition;
+  if (!result.bends.empty()) summary["nonlinearity"] = Bends(result);
   if (!result.selection.empty()) summary["selection"] = Selection(result.selection);
   if (context.diagnosis) summary["diagnosis"] = DiagnosisSection(*context.diagnosis);
   summary["stages"] = Stages({&context.stages, &result.stages, &written});

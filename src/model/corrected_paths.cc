@@ -268,6 +268,7 @@ bool CorrectedPath::Read(double measured_s,
   Motion& motion = out->motion;
   std::size_t piece = 0;
   if (!ReadNominal(measured_s, read_s, &motion, &piece)) return false;
+  const Eigen::Vector3d nominal_mps2 = motion.acceleration_mps2;
   if (axes_ == TrackAxesUse::kConstant) {
     out->axes = &constant_axes_;
   } else if (axes_ == TrackAxesUse::kTurning) {
@@ -316,6 +317,7 @@ bool CorrectedPath::Read(double measured_s,
     motion.acceleration_mps2 += frame.second;
     motion.jerk_mps3 += frame.third;
   }
+  out->bend_mps2 = motion.acceleration_mps2 - nominal_mps2;
   return motion.position_m.allFinite() && motion.velocity_mps.allFinite();
 }
 

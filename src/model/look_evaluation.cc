@@ -186,24 +186,6 @@ AxisTurn TurnAt(const PassCorrections& c, const PathReading& path, const double*
   return turn;
 }
 
-/// What the acceleration of the corrections takes off the metres that a second is at the target.
-/// Weights are of the path as it is given: with the bends of wide splines they would follow every
-/// step, and each step the weights.
-double UnitByCorrections(const CorrectedPath& corrected,
-                         double measured_s,
-                         double read_s,
-                         const Motion& motion,
-                         const LookEquations& eq) {
-  const PassCorrections& c = corrected.corrections();
-  const bool bends =
-      !c.splines.empty() || std::any_of(c.polynomials.begin(),
-                                        c.polynomials.end(),
-                                        [](const PolynomialTerm& term) { return term.degree > 1; });
-  Motion given;
-  if (!bends || !corrected.ReadNominal(measured_s, read_s, &given)) return 0.0;
-  return eq.ded_dv.dot(motion.acceleration_mps2 - given.acceleration_mps2);
-}
-
 /// A crossing so near a reading is read exactly by one more.
 constexpr double kNearCrossing_s = 0.05;
 constexpr int kMaxReadings = 4;
@@ -320,9 +302,8 @@ bool EvaluateMeasuredLook(const CorrectedPath& corrected,
   out->whitened_error = {wr * (range_error_m + range_rate * last_step),
                          wt * (crossing.error + last_step)};
   out->azimuth_unit_m = crossing.unit_m;
-  if (!exact_time) {
-    out->azimuth_unit_m += UnitByCorrections(corrected, measured_s, read_s, path.motion, eq);
-  }
+  // |de_d/dt| holds -f_v.a: what the corrections add to a is taken off again.
+  out->weight_unit_m = crossing.unit_m + (exact_time ? 0.0 : eq.ded_dv.dot(path.bend_mps2));
   out->beyond_path = beyond == Beyond::kNear;
   // Factors that turn a partial of e_d into those of the range and of the time or Doppler.
   const double of_azimuth = wt * slowness, of_range = wr * range_rate * slowness;

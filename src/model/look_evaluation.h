@@ -43,8 +43,11 @@ struct LookEvaluation {
   /// By the look's local columns; the first column_count of each row are set.
   std::array<std::array<double, ParameterLayout::kMaxLocalColumns>, 2> row;
   /// Metres along track at the target that a unit of the azimuth measurement is: |de_d/df|, or the
-  /// speed at which the look passes over it, on the path without noise and bends of corrections.
+  /// speed at which the look passes over it, on the corrected path without noise.
   double azimuth_unit_m = 0.0;
+  /// The same on the path without the acceleration of its corrections: what weights are formed
+  /// with. With the bends of wide splines they would follow every step, and each step the weights.
+  double weight_unit_m = 0.0;
   bool beyond_path = false;  ///< the path was continued beyond its ends
 
   /// Multiplies both rows by weights; `columns` local ones are set.

@@ -164,9 +164,9 @@ bool EvaluateLook(const LookModel& model,
                         curvature);
 }
 
-LookWeights WeightsAt(const LookSigma& sigma, double azimuth_unit_m) {
+LookWeights WeightsAt(const LookSigma& sigma, double weight_unit_m) {
   const bool metres = sigma.azimuth_unit == AzimuthUnit::kMetres;
-  return {1.0 / sigma.range_m, (metres ? azimuth_unit_m : 1.0) / sigma.azimuth};
+  return {1.0 / sigma.range_m, (metres ? weight_unit_m : 1.0) / sigma.azimuth};
 }
 
 double UpdateWeights(const BlockState& state, AdjustmentProblem* problem) {
@@ -193,7 +193,7 @@ double UpdateWeights(const BlockState& state, AdjustmentProblem* problem) {
             LookWeights now = WeightsAt(sigma, 1.0);
             if (sigma.azimuth_unit == AzimuthUnit::kMetres) {
               if (EvaluateLook(model, state, point, i, {}, &columns, &at)) {
-                now = WeightsAt(sigma, at.azimuth_unit_m);
+                now = WeightsAt(sigma, at.weight_unit_m);
               } else if (old.azimuth_per_unit > 0.0) {
                 now.azimuth_per_unit = old.azimuth_per_unit;
               } else {

@@ -218,6 +218,11 @@ struct BackSubstitution {
   /// By the QR factors of the point, however thin its intersection.
   [[nodiscard]] PointStep StepByFactors(std::size_t point, PointFactor* factor) const {
     FactorPoint(problem, state, weighting, damping, point, factor);
+    return StepOfFactored(factor);
+  }
+
+  /// The same of a point that is factored.
+  [[nodiscard]] PointStep StepOfFactored(PointFactor* factor) const {
     for (int k = 0; k < factor->look_count; ++k) {  // the right side becomes e + J_c dx
       const WhitenedLook& look = factor->looks[static_cast<std::size_t>(k)];
       const Eigen::Vector2d along = Along(look.columns, look.row);
@@ -291,10 +296,10 @@ Eigen::VectorXd BendOfStep(const AdjustmentProblem& problem,
                            const Weighting& weighting,
                            double damping,
                            const Eigen::VectorXd& dx,
-                           const std::vector<Eigen::Vector3d>& stepped_m) {
+                           std::size_t every) {
   // A sum of as many numbers as there are corrections each.
   constexpr std::size_t kMaxSums = 64;
-  const std::size_t points = problem.block.points.size();
+  const std::size_t points = (problem.block.points.size() + every - 1) / every;
   const std::size_t per_sum = std::max(kPointsPerChunk, (points + kMaxSums - 1) / kMaxSums);
   std::vector<Eigen::VectorXd> sums((points + per_sum - 1) / per_sum);
   const BackSubstitution substitution{problem, state, weighting, damping, dx};
@@ -304,18 +309,21 @@ Eigen::VectorXd BendOfStep(const AdjustmentProblem& problem,
     sum.setZero(dx.size());
     PointFactor factor;
     std::vector<Eigen::Vector2d> bend;  // by look
-    for (std::size_t point = begin; point < end; ++point) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const std::size_t point = k * every;
       if (!problem.Solves(point)) continue;
       FactorPoint(problem, state, weighting, damping, point, &factor);
-      const Eigen::Vector3d step_m = stepped_m[point] - state.displacement_m[point];
+      const Eigen::Vector3d step_m = substitution.StepOfFactored(&factor).step_m;
+      if (!step_m.allFinite()) continue;
+      const Eigen::Vector3d stepped_m = state.displacement_m[point] + step_m;
       Eigen::Vector3d side = Eigen::Vector3d::Zero();
       bend.clear();
-      for (int k = 0; k < factor.look_count; ++k) {
-        const WhitenedLook& look = factor.looks[static_cast<std::size_t>(k)];
+      for (int i = 0; i < factor.look_count; ++i) {
+        const WhitenedLook& look = factor.looks[static_cast<std::size_t>(i)];
         std::array<double, ParameterLayout::kMaxLocalColumns> local;
         GatherColumns(problem.layout, look.columns, stepped, local.data());
         const LookState after{
-            look.look, look.columns, state.start_m[point], stepped_m[point], local.data()};
+            look.look, look.columns, state.start_m[point], stepped_m, local.data()};
         LookEvaluation there;
         bend.emplace_back(Eigen::Vector2d::Zero());
         if (!problem.model.Evaluate(after, problem.weights[look.look], &there)) continue;
@@ -326,13 +334,13 @@ Eigen::VectorXd BendOfStep(const AdjustmentProblem& problem,
       const Eigen::Vector3d y = factor.r.triangularView<Eigen::Upper>().transpose().solve(side);
       const Eigen::Vector3d followed_m = factor.r.triangularView<Eigen::Upper>().solve(y);
       if (!followed_m.allFinite()) continue;
-      for (int k = 0; k < factor.look_count; ++k) {
-        const WhitenedLook& look = factor.looks[static_cast<std::size_t>(k)];
-        const Eigen::Vector2d left = bend[static_cast<std::size_t>(k)] - look.d_point * followed_m;
+      for (int i = 0; i < factor.look_count; ++i) {
+        const WhitenedLook& look = factor.looks[static_cast<std::size_t>(i)];
+        const Eigen::Vector2d left = bend[static_cast<std::size_t>(i)] - look.d_point * followed_m;
         AddSide(problem.layout, look.columns, look.row, left, &sum);
       }
-      for (int k = 0; k < factor.curved_count; ++k) {
-        const CurvedRows& rows = factor.curved[static_cast<std::size_t>(k)];
+      for (int i = 0; i < factor.curved_count; ++i) {
+        const CurvedRows& rows = factor.curved[static_cast<std::size_t>(i)];
         const Eigen::Vector2d left = -rows.sign.cwiseProduct(rows.d_point * followed_m);
         AddSide(problem.layout, *rows.columns, rows.row, left, &sum);
       }

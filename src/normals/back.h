@@ -88,19 +88,20 @@ struct PointSteps {
                                         const Eigen::VectorXd& dx);
 
 /// What a step leaves of the errors beyond the straight line along which it was found, as a right
-/// side of S: with the errors e of the looks, whitened by the weights at `state`,
+/// side of S: with the errors e of the looks, whitened by the weights at `state`, and the steps dp
+/// of the points for dx (SubstituteBack),
 ///
 ///     d = e(x + dx, p + dp) - e - J_c dx - J_p dp,   J_c' d - J_c' J_p V^-1 J_p' d
 ///
 /// to second order half their second derivative along the step, and -S^-1 of it half the geodesic
 /// acceleration of Transtrum and Sethna (2012), arXiv:1201.5885. `dx`: step of the corrections, as
-/// many as S has rows, one at least; `stepped_m`: displacements of the points after it
-/// (SubstituteBack). A look without a value there adds nothing.
+/// many as S has rows, one at least. `every` 1: the sum over all points; else over the first and
+/// each so many-th after it. A look without a value there adds nothing.
 [[nodiscard]] Eigen::VectorXd BendOfStep(const AdjustmentProblem& problem,
                                          const BlockState& state,
                                          const Weighting& weighting,
                                          double damping,
                                          const Eigen::VectorXd& dx,
-                                         const std::vector<Eigen::Vector3d>& stepped_m);
+                                         std::size_t every = 1);
 
 }  // namespace sarblock

@@ -313,7 +313,7 @@ bool EvaluateWhitened(const AdjustmentProblem& problem,
     return false;
   }
   if (renew) {
-    weights = WeightsAt(problem.model.SigmaOf(look), out->azimuth_unit_m);
+    weights = WeightsAt(problem.model.SigmaOf(look), out->weight_unit_m);
     (*weighting.renewed)[look] = weights;
     out->Scale(weights, out->columns.column_count);
   }

@@ -6,9 +6,12 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 
+#include "core/text.h"
 #include "core/threads.h"
+#include "normals/back.h"
 #include "point_sweep.h"
 #include <Eigen/Cholesky>
 
@@ -221,6 +224,88 @@ double CheckFreedom(const AdjustmentProblem& problem,
   }
   const double scale = components / of_part;
   return components * components / (components + shared * scale * scale);
+}
+
+namespace {
+
+/// Corrections that are screened, and the points that they are screened with; those that are formed
+/// of more points, above a part that is far below one to tell of, and these points.
+constexpr std::size_t kMaxScreened = 200, kPointsToScreen = 25;
+constexpr std::size_t kMaxBends = 8, kPointsOfBends = 1000;
+constexpr double kScreened = 0.02, kBendToTell = 0.1;
+
+/// The part of one correction, of about so many points spread over the block.
+double BendOf(const AdjustmentProblem& problem,
+              const BlockState& state,
+              const ReducedSystem& system,
+              std::uint32_t parameter,
+              std::size_t about_points) {
+  const std::size_t points = problem.block.points.size();
+  const std::size_t every = std::max<std::size_t>(1, points / about_points);
+  const std::size_t taken = (points + every - 1) / every;
+  const auto k = static_cast<Eigen::Index>(parameter);
+  Eigen::VectorXd dx = system.SolveFor(Eigen::VectorXd::Unit(system.rows(), k));
+  dx /= std::sqrt(dx[k]);
+  return dx.dot(BendOfStep(problem, state, {}, 0.0, dx, every)) *
+         (static_cast<double>(points) / static_cast<double>(taken));
+}
+
+void SortBends(std::vector<CorrectionBend>* bends) {
+  std::stable_sort(
+      bends->begin(), bends->end(), [](const CorrectionBend& a, const CorrectionBend& b) {
+        return std::abs(a.part) > std::abs(b.part);
+      });
+}
+
+}  // namespace
+
+std::vector<CorrectionBend> BendsOfCorrections(const AdjustmentProblem& problem,
+                                               const BlockState& state,
+                                               const ReducedSystem& system,
+                                               const std::vector<ParameterResult>& parameters) {
+  // How much of what is known of it with all others known they leave.
+  const auto dilution = [&](std::uint32_t k) {
+    return parameters[k].sigma * std::sqrt(system.full_diagonal()[static_cast<Eigen::Index>(k)]);
+  };
+  std::vector<std::uint32_t> screened;
+  for (std::uint32_t k = 0; k < parameters.size(); ++k) {
+    if (std::isfinite(dilution(k))) screened.push_back(k);
+  }
+  std::stable_sort(screened.begin(), screened.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return dilution(a) > dilution(b);
+  });
+  screened.resize(std::min(screened.size(), kMaxScreened));
+  std::vector<CorrectionBend> out;
+  for (const std::uint32_t k : screened) {
+    const double part = BendOf(problem, state, system, k, kPointsToScreen);
+    if (std::isfinite(part)) out.push_back({k, part});
+  }
+  SortBends(&out);
+  out.resize(std::min(out.size(), kMaxBends));
+  for (CorrectionBend& bend : out) {
+    if (std::abs(bend.part) < kScreened) continue;
+    bend.part = BendOf(problem, state, system, bend.parameter, kPointsOfBends);
+  }
+  SortBends(&out);
+  return out;
+}
+
+void WarnOfBends(AdjustResult* result) {
+  if (result->bends.empty() || std::abs(result->bends.front().part) < kBendToTell) return;
+  const CorrectionBend& worst = result->bends.front();
+  const ParameterResult& parameter = result->parameters[worst.parameter];
+  const auto rise = [&](double t) {
+    const double root = t + worst.part * t * t;
+    return Digits(root * root, 2);
+  };
+  Warn(result,
+       "standard deviations of corrections are those of linear equations, and these are not linear "
+       "so far: two of " +
+           parameter.owner + " " + parameter.name + " (" + Digits(parameter.sigma, 2) + " " +
+           parameter.unit + " each) raise v'Pv by " + rise(2.0) + " where it grows and by " +
+           rise(-2.0) +
+           " where it falls, in place of 4; fewer corrections, narrower priors or more control "
+           "determine it better. Points may be good all the same");
 }
 
 ErrorEllipse EllipseOf(const SymmetricEnu& covariance_m2, double sigma_scale) {

@@ -52,6 +52,17 @@ inline constexpr std::size_t kMaxCheckPoints = 300;
     const BlockState& state,
     const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs);
 
+/// AdjustResult::bends: of up to 200 corrections, those first that the others leave least of, by 25
+/// points spread over the block; the largest again by a thousand.
+[[nodiscard]] std::vector<CorrectionBend> BendsOfCorrections(
+    const AdjustmentProblem& problem,
+    const BlockState& state,
+    const ReducedSystem& system,
+    const std::vector<ParameterResult>& parameters);
+
+/// A warning where one is above a tenth: limits of 95 percent are then a third off.
+void WarnOfBends(AdjustResult* result);
+
 /// The horizontal error ellipse of a point: half axes, and the direction of the longer one
 /// clockwise from north, in [0, pi).
 struct ErrorEllipse {

@@ -73,8 +73,10 @@ constexpr double kWeightsFollow = 0.1;
 constexpr double kWeightsKept = 1e-6;
 /// A step below this is near enough to its end to be left alone where nothing shrinks any more.
 constexpr double kSettledAnyway = 1e-6;
-/// A step must take this part of what it promises off the cost.
+/// A step must take this part of what it promises off the cost. One that keeps so much of it needed
+/// less damping.
 constexpr double kMinGain = 0.1;
+constexpr double kKept = 0.75;
 /// Newton decrement, in sigmas over all unknowns, from which on second derivatives are taken into
 /// account where steps creep: farther off they often leave no minimum.
 constexpr double kCurved = 1.0;
@@ -288,8 +290,8 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     next.corrections = state->corrections + dx;
     double bend_part = 0.0;
     if (bends) {
-      const Eigen::VectorXd bend = -system.SolveFor(
-          BendOfStep(problem, *state, weighting, damping, dx, next.displacement_m));
+      const Eigen::VectorXd bend =
+          -system.SolveFor(BendOfStep(problem, *state, weighting, damping, dx));
       bend_part = LengthOf(bend, system) / LengthOf(dx, system);
       if (bend_part <= kMaxBend) {
         next.corrections += bend;
@@ -329,7 +331,8 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       state->corrections = next.corrections;
       report.final_cost = system.cost();
       report.formed_at_state = !there.curved;
-      damping = next_damping;
+      const bool needed = options.undamped || refused_in_turn > 0 || gain < kKept * predicted;
+      damping = needed ? next_damping : std::max(kMinDamping, 0.1 * next_damping);
       slow = (slow && !curved) || there.decrement > kSlow * left;
       contraction = there.decrement / left;
       bends = can_bend && (slow || bend_part > kStraight);

@@ -87,6 +87,9 @@ constexpr double kWeightsSettled = 1e-3;
 /// Newton decrement, in sigmas over all unknowns together, at which a solver without a loss hands
 /// over to the finishing Newton steps; they start from up to ten times as much.
 constexpr double kApproached = 1.0;
+/// The same of the first damped solution after finishing steps were refused: second derivatives are
+/// in use from there on. Later ones go to the end.
+constexpr double kNearEnough = 0.1;
 /// Of a step of the anchors, that a time bias may go beyond where its looks are read: at first, and
 /// once they were read near the solution.
 constexpr double kAnchorSlack = 0.25, kLateAnchorSlack = 30.0;
@@ -185,8 +188,8 @@ SolveReport SolveRounds(const Weighting& weighting,
     // The engine that was asked for comes near; what is left is the reduced engine's: least squares
     // are finished by steps that need no damping, a loss by second derivatives.
     const bool approach = round == 0;
-    solve.settle_below =
-        approach ? kApproached : std::max(options.tolerance, least_squares ? 0.0 : kLossSettled);
+    const double near_enough = !least_squares ? kLossSettled : round == 1 ? kNearEnough : 0.0;
+    solve.settle_below = approach ? kApproached : std::max(options.tolerance, near_enough);
     solve.take_last_step = approach && least_squares;
     solve.ceres_solver = options.ceres_solver;
     bool comes_near = !finished;

@@ -208,7 +208,7 @@ struct LookAt {
   std::array<Vec<T>, 2> d_point;
   std::array<std::vector<T>, 2> by_column;  ///< the look's local columns (look_model.h)
   T range_rate, cone_rate;  ///< by the azimuth measurement, time or Doppler, at a fixed point
-  T along_rate;             ///< of the target, along the cone axis, by a measured time
+  T along_rate;             ///< of the target, along the cone axis, by a measured time; of weights
 };
 
 template <typename T>
@@ -407,13 +407,9 @@ LookAt<T> LookModelOf<T>::Evaluate(std::size_t look,
     s = s + Series<T>(local[static_cast<std::size_t>(d.column)]) * d.moves;
   }
 
-  // Metres become seconds on the path without the acceleration of corrections that bend it.
-  Vec<T> bend = {T(0), T(0), T(0)};
-  const bool bends = !c.splines.empty() ||
-                     std::any_of(c.polynomials.begin(), c.polynomials.end(), [](const auto& term) {
-                       return term.degree > 1;
-                     });
-  for (std::size_t i = 0; bends && i < 3; ++i) bend[i] = s[i].c2 - nominal.position[i].c2;
+  // Metres become seconds on the path without the acceleration of its corrections.
+  Vec<T> bend;
+  for (std::size_t i = 0; i < 3; ++i) bend[i] = s[i].c2 - nominal.position[i].c2;
 
   // A time shift_s later: value, velocity and acceleration of the antenna and of what moves it.
   const T half = shift_s * shift_s / T(2);
