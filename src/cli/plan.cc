@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "leberl.h"
-#include "leberl/pair.h"
+#include "leberl/pairs.h"
 #include "program.h"
 #include "session.h"
 #include "simulate/image_sigma.h"
