@@ -19,7 +19,6 @@
 #include "leberl/pairs.h"
 #include "program.h"
 #include "session.h"
-#include "simulate/image_sigma.h"
 #include "simulate/scene.h"
 #include "terminal.h"
 #include <fmt/core.h>
