@@ -16,8 +16,8 @@
 
 #include "blunder_search.h"
 #include "core/text.h"
+#include "covariance.h"
 #include "model/priors.h"
-#include "point_pairs.h"
 #include "reliability.h"
 #include <Eigen/Core>
 

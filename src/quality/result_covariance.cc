@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "covariance.h"
-#include "point_pairs.h"
 #include "point_sweep.h"
 #include "solve/ceres_engine.h"
 #include "solve/reduced_engine.h"

@@ -10,7 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include "quality/point_pairs.h"
 #include "quality/point_sweep.h"
 #include "quality/result_covariance.h"
 #include "solve/ceres_engine.h"
