@@ -13,7 +13,7 @@
 #include "mistake.h"
 #include "mistakes.h"
 #include "reduction/look_reduction.h"
-#include "reduction/tide.h"
+#include "reduction/reduction.h"
 #include "sample.h"
 
 namespace sarblock {

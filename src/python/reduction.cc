@@ -9,7 +9,7 @@
 
 #include "core/text.h"
 #include "module.h"
-#include "reduction/tide.h"
+#include "reduction/reduction.h"
 #include <pybind11/numpy.h>
 
 namespace sarblock::python {
