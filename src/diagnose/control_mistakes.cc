@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "core/text.h"
-#include "mistake.h"
 #include "mistakes.h"
 #include "model/parameters.h"
 #include "sample.h"
+#include "trials.h"
 
 namespace sarblock {
 namespace {

@@ -15,7 +15,6 @@
 #include "adjust/adjust.h"
 #include "block/plausibility.h"
 #include "core/threads.h"
-#include "mistake.h"
 #include "mistakes.h"
 #include "reduction/look_reduction.h"
 #include "sample.h"

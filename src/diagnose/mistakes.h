@@ -120,26 +120,4 @@ void AddExchangedPoints(const Facts& facts, Hypotheses* out);
                                       const SampleResiduals& residuals,
                                       bool much_larger);
 
-/// v'Pv of some measurements and their redundancy.
-struct LookSums {
-  double square = 0.0, redundancy = 0.0;
-};
-
-/// The whole block, with these corrections, solved with a mistake undone.
-struct BlockCure {
-  Explanation::Cure cure;
-  bool priors_hold = true;  ///< below what chance allows
-  /// Set for standard deviations: ranges and azimuths, of the passes concerned and of all passes.
-  std::array<LookSums, 2> of_passes, of_all;
-};
-[[nodiscard]] BlockCure CureOf(const Block& given,
-                               const CorrectionModel& corrections,
-                               const Hypothesis& hypothesis,
-                               double value,
-                               double test_level,
-                               ProgressSink* progress);
-/// Whether the residuals of the block show that no standard deviation is too large: ranges and
-/// azimuths each, at the level of one test.
-[[nodiscard]] bool BearsSigmas(const BlockCure& solved, double test_level);
-
 }  // namespace sarblock

@@ -14,11 +14,11 @@
 #include <vector>
 
 #include "core/text.h"
-#include "mistake.h"
 #include "mistakes.h"
 #include "model/parameters.h"
 #include "model/priors.h"
 #include "sample.h"
+#include "trials.h"
 #include <Eigen/QR>
 
 namespace sarblock {

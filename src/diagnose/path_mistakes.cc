@@ -16,9 +16,9 @@
 #include "block/plausibility.h"
 #include "core/text.h"
 #include "geometry/state_checks.h"
-#include "mistake.h"
 #include "mistakes.h"
 #include "sample.h"
+#include "trials.h"
 #include <Eigen/Geometry>
 
 namespace sarblock {

@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
-#include "mistake.h"
 #include "mistakes.h"
 #include "sample.h"
+#include "trials.h"
 
 namespace sarblock {
 namespace {

@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "mistake.h"
 #include "mistakes.h"
 #include "sample.h"
+#include "trials.h"
 
 namespace sarblock {
 namespace {
