@@ -9,7 +9,6 @@
 
 #include "core/text.h"
 #include "files/geojson.h"
-#include "formats.h"
 #include "quality/covariance.h"
 
 namespace sarblock {
