@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "arrays.h"
-#include "work.h"
 #include <glog/logging.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
