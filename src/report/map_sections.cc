@@ -8,7 +8,6 @@
 #include <limits>
 #include <string>
 
-#include "charts.h"
 #include "files/geojson.h"
 #include "page.h"
 #include "quality/covariance.h"
