@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "core/text.h"
-#include "files/geojson.h"
+#include "files/result_tables.h"
 #include "quality/covariance.h"
 
 namespace sarblock {

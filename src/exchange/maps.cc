@@ -15,7 +15,7 @@
 #include "core/text.h"
 #include "core/utc.h"
 #include "export.h"
-#include "files/geojson.h"
+#include "files/result_tables.h"
 #include "quality/covariance.h"
 #include <fmt/core.h>
 #include <sqlite3.h>

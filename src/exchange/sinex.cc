@@ -15,7 +15,7 @@
 
 #include "core/utc.h"
 #include "export.h"
-#include "files/geojson.h"
+#include "files/result_tables.h"
 #include "linear/block_cholesky.h"
 #include "tables/csv.h"
 #include <Eigen/Core>

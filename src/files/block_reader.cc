@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "block_reader.h"
-
 #include "sarblock/core/error.h"
 #include "sarblock/core/id_table.h"
 #include "sarblock/files/block_file.h"
@@ -15,6 +13,7 @@
 
 #include "block/plausibility.h"
 #include "block/read_recorded.h"
+#include "block_parts.h"
 #include "core/text.h"
 #include "core/threads.h"
 #include "correction_options.h"

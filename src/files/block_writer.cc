@@ -8,8 +8,7 @@
 #include <cstdlib>
 
 #include "block/read_recorded.h"
-#include "block_reader.h"
-#include "block_tables.h"
+#include "block_parts.h"
 #include "core/text.h"
 #include "tables/open.h"
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "block_reader.h"
+#include "block_parts.h"
 #include "core/text.h"
 #include "reduction/look_reduction.h"
 
