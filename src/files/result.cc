@@ -11,7 +11,7 @@
 #include <map>
 #include <tuple>
 
-#include "block_parts.h"
+#include "block_file.h"
 #include "core/text.h"
 #include "core/threads.h"
 #include "result_tables.h"

@@ -9,7 +9,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "block_parts.h"
+#include "block_file.h"
 #include "core/text.h"
 #include "quality/assess.h"
 #include "quality/covariance.h"

@@ -12,7 +12,7 @@
 #include <variant>
 
 #include "core/text.h"
-#include "files/block_parts.h"
+#include "files/block_file.h"
 #include "files/correction_options.h"
 #include "stability.h"
 #include "tables/toml.h"
