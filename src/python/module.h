@@ -136,9 +136,6 @@ struct ResultData {
 
 void BindResult(pybind11::module_* module);
 
-void BindLeberl(pybind11::module_* module);
-void BindReduction(pybind11::module_* module);
-
 /// Runs `work` in a thread of its own while the caller waits with the interpreter lock released, so
 /// that other Python threads run. At least ten times per second the caller checks for signals and
 /// calls `progress`, None or a callable (stage, done, total, detail), with the progress. Ctrl-C
