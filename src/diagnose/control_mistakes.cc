@@ -15,7 +15,6 @@
 #include "mistakes.h"
 #include "model/parameters.h"
 #include "sample.h"
-#include "trials.h"
 
 namespace sarblock {
 namespace {

@@ -18,7 +18,6 @@
 #include "mistakes.h"
 #include "reduction/look_reduction.h"
 #include "sample.h"
-#include "trials.h"
 
 namespace sarblock {
 namespace {

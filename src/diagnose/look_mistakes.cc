@@ -21,7 +21,6 @@
 #include "reduction/reduction.h"
 #include "sample.h"
 #include "selection/quadratic_model.h"
-#include "trials.h"
 
 namespace sarblock {
 namespace {

@@ -18,7 +18,6 @@
 #include "model/parameters.h"
 #include "model/priors.h"
 #include "sample.h"
-#include "trials.h"
 #include <Eigen/QR>
 
 namespace sarblock {

@@ -18,7 +18,6 @@
 #include "geometry/state_checks.h"
 #include "mistakes.h"
 #include "sample.h"
-#include "trials.h"
 #include <Eigen/Geometry>
 
 namespace sarblock {

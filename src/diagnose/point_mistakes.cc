@@ -13,7 +13,6 @@
 
 #include "mistakes.h"
 #include "sample.h"
-#include "trials.h"
 
 namespace sarblock {
 namespace {

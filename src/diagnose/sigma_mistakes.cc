@@ -9,7 +9,6 @@
 
 #include "mistakes.h"
 #include "sample.h"
-#include "trials.h"
 
 namespace sarblock {
 namespace {

@@ -21,10 +21,10 @@
 
 #include "block/plausibility.h"
 #include "block/read_recorded.h"
+#include "diagnose/mistakes.h"
 #include "diagnose/plants_edit.h"
 #include "diagnose/sample.h"
 #include "diagnose/trial_blocks.h"
-#include "diagnose/trials.h"
 #include <Eigen/Geometry>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

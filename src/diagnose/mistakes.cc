@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "trials.h"
+#include "mistakes.h"
 
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
@@ -20,8 +20,8 @@
 #include "normals/point.h"
 #include "normals/reduced_system.h"
 #include "quality/covariance.h"
-#include "quality/groups.h"
 #include "quality/point_sweep.h"
+#include "quality/groups.h"
 #include "sample.h"
 #include "solve/rank.h"
 #include "solve/reduced_engine.h"
@@ -125,7 +125,7 @@ constexpr int kQuicklyFormed = 6, kMaxFormations = 16;
 /// Steps of an intersection to start from: circles far from each other creep.
 constexpr int kStepsToStart = 12;
 /// Newton decrement in sigmas: v'Pv to its square.
-constexpr double kSettled = 0.03;
+constexpr double kSettledDecrement = 0.03;
 
 /// Looks of the sample that ought to have a place: not rejected, of control or of points with two
 /// looks. A check point is solved like a tie point.
@@ -204,7 +204,7 @@ Fit SolveSample(const Block& sample,
     SolveOptions options;
     options.useless_above = asked.useless_above;
     options.max_formed = asked.effort == Effort::kQuick ? kQuicklyFormed : kMaxFormations;
-    options.settle_below = kSettled;
+    options.settle_below = kSettledDecrement;
     ReducedSystem system(problem);
     const SolveReport report = SolveReduced(problem, {}, options, &system, &fit.state, progress);
     fit.formed = report.formed;
