@@ -21,7 +21,7 @@
 #include "normals/reduced_system.h"
 #include "quality/covariance.h"
 #include "quality/point_sweep.h"
-#include "quality/groups.h"
+#include "quality/verdict_tests.h"
 #include "sample.h"
 #include "solve/rank.h"
 #include "solve/reduced_engine.h"

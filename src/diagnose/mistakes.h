@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "model/problem.h"
-#include "quality/groups.h"
+#include "quality/verdict_tests.h"
 #include "sample.h"
 #include <Eigen/Core>
 
@@ -162,7 +162,7 @@ struct FitOptions {
                               const FitOptions& options,
                               ProgressSink* progress);
 
-/// The priors of a fit (quality/groups.h); all zero where it has none or no covariance.
+/// The priors of a fit (quality/verdict_tests.h); all zero where it has none or no covariance.
 [[nodiscard]] PriorSums PriorsOf(const Block& sample,
                                  const CorrectionModel& corrections,
                                  const Fit& fit);

@@ -18,7 +18,7 @@
 #include "core/text.h"
 #include "covariance.h"
 #include "model/priors.h"
-#include "reliability.h"
+#include "verdict_tests.h"
 #include <Eigen/Core>
 
 namespace sarblock {
