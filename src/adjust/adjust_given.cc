@@ -27,7 +27,6 @@
 #include "quality/covariance.h"
 #include "quality/mismatches.h"
 #include "quality/montecarlo.h"
-#include "quality/result_covariance.h"
 #include "quality/shifted_group.h"
 #include "quality/variance_components.h"
 #include "quality/verdict_tests.h"

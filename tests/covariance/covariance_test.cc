@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "quality/point_sweep.h"
-#include "quality/result_covariance.h"
 #include "solve/ceres_engine.h"
 #include "solve/rank.h"
 #include "support/dense_normals.h"
