@@ -21,7 +21,7 @@
 #include "geometry/track_axes.h"
 #include "leberl_prediction.h"
 #include "model/look_model.h"
-#include "quality/reliability.h"
+#include "quality/verdict_tests.h"
 
 namespace sarblock {
 namespace {

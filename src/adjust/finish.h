@@ -10,7 +10,7 @@
 
 #include "model/problem.h"
 #include "normals/point.h"
-#include "quality/groups.h"
+#include "quality/verdict_tests.h"
 #include "solve/point_defects.h"
 
 namespace sarblock {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "leberl/validity.h"
+#include "leberl/rigorous.h"
 #include "session.h"
 #include <nlohmann/json.hpp>
 

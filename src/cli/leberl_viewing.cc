@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "leberl.h"
-#include "leberl/figures.h"
+#include "leberl/pairs.h"
 #include "program.h"
 #include "session.h"
 #include "terminal.h"

@@ -16,10 +16,9 @@
 #include <vector>
 
 #include "leberl.h"
-#include "leberl/pair.h"
+#include "leberl/pairs.h"
 #include "program.h"
 #include "session.h"
-#include "simulate/image_sigma.h"
 #include "simulate/scene.h"
 #include "terminal.h"
 #include <fmt/core.h>

@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "core/text.h"
-#include "mistake.h"
 #include "mistakes.h"
 #include "model/parameters.h"
 #include "sample.h"

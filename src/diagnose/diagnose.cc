@@ -15,11 +15,9 @@
 #include "adjust/adjust.h"
 #include "block/plausibility.h"
 #include "core/threads.h"
-#include "mistake.h"
 #include "mistakes.h"
 #include "reduction/look_reduction.h"
 #include "sample.h"
-#include "trials.h"
 
 namespace sarblock {
 namespace {

@@ -1,20 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
+// Times and ranges that are wrong by themselves, and what they hold beyond geometry, left in;
+// constants that a score test finds.
 #include "sarblock/core/error.h"
 
 #include <algorithm>
 #include <cmath>
 #include <exception>
-#include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/text.h"
+#include "core/utc.h"
 #include "geometry/state_checks.h"
-#include "mistake.h"
 #include "mistakes.h"
 #include "normals/reduced_system.h"
+#include "reduction/look_reduction.h"
+#include "reduction/reduction.h"
 #include "sample.h"
 #include "selection/quadratic_model.h"
 
@@ -491,257 +495,150 @@ void AddRangeMistakes(const Facts& facts, Hypotheses* out) {
 
 namespace {
 
-using Names = std::vector<std::string>;
-
-Hypothesis WrongSide(const Names& passes) {
-  Hypothesis out;
-  out.kind = MistakeKind::kCone;
-  out.cause = "side";
-  out.passes = passes;
-  out.parameters = 0;
-  out.undo = [passes](Block* block, double) {
-    for (const std::uint32_t p : PassesOf(*block, passes)) {
-      LookSide& side = block->passes[p].side;
-      side = side == LookSide::kLeft ? LookSide::kRight : LookSide::kLeft;
-    }
-  };
-  out.says = [passes](const Size&) {
-    return PassWords(passes) + (passes.size() == 1 ? " looks" : " look") +
-           " to the other side of the flight than block.toml says";
-  };
-  out.change = [passes](const Size&) {
-    return "block.toml: the other value of `look` " + PassesPhrase(passes);
-  };
-  return out;
+/// Cosine of the incidence of a look on an ellipsoid, from its range and the antenna alone.
+double CosIncidence(const Block& block, std::size_t look) {
+  const FlightPath& path = block.passes[block.looks.pass[look]].path;
+  const auto antenna = path.At(block.looks.time_s[look]);
+  const double range_m = block.looks.range_m[look];
+  if (!antenna || !(range_m > 0.0)) return 1.0;
+  const double distance_m = antenna->position_m.norm();
+  const double ground_m = block.frame.AtHeight(antenna->position_m, 0.0).norm();
+  const double cosine = (distance_m * distance_m - range_m * range_m - ground_m * ground_m) /
+                        (2.0 * range_m * ground_m);
+  constexpr double kGrazing = 0.05;
+  return std::clamp(cosine, kGrazing, 1.0);
 }
 
-Hypothesis ScaledCone(const Names& passes, const char* column, const KnownNumber& factor) {
+/// The delay of the troposphere at the zenith of the ground, from the mean one on.
+Hypothesis ZenithDelayLeftIn(double step_m) {
   Hypothesis out;
-  out.kind = MistakeKind::kCone;
-  out.cause = factor.value < 0.0 ? "cone.sign" : "cone.unit";
-  out.parameters = 0;
-  out.passes = passes;
-  out.undo = [passes](Block* block, double value) {
-    if (block->looks.cone.empty()) return;
-    ForLooks(*block, passes, [&](std::size_t i) { block->looks.cone[i] /= value; });
-  };
-  out.value = factor.value;
-  out.unit = "1";
-  const std::string name = column;
-  out.says = [passes, factor, name](const Size&) {
-    return "the values of " + name + " " + PassesPhrase(passes) + " " + factor.text;
-  };
-  out.change = [passes, factor, name](const Size&) {
-    return "observations.csv: " + name + " " + PassesPhrase(passes) + " divided by " +
-           InFiles(factor.value);
-  };
-  return out;
-}
-
-/// Dopplers in another unit, such as parts of the pulse rate, or of another wavelength.
-Hypothesis DopplerFactor(const Names& passes, double factor) {
-  Hypothesis out;
-  out.kind = MistakeKind::kCone;
-  out.cause = "cone.factor";
-  out.passes = passes;
-  out.undo = [passes](Block* block, double value) {
-    ForLooks(*block, passes, [&](std::size_t i) { block->looks.cone[i] /= value; });
+  out.kind = MistakeKind::kRange;
+  out.cause = "range.troposphere";
+  out.undo = [](Block* block, double zenith_m) {
+    ForLooks(*block, {}, [&](std::size_t i) {
+      block->looks.range_m[i] -= zenith_m * SlantFactor(CosIncidence(*block, i));
+    });
   };
   out.free = true;
-  out.value = factor;
-  out.step = 1e-3 * factor;
-  out.unit = "1";
-  out.says = [passes](const Size& size) {
-    return "doppler_hz " + PassesPhrase(passes) + " are " + size.text +
-           " times what known points show (another unit, such as parts of the pulse rate, or "
-           "wavelength_m by that factor)";
+  out.value = 2.4;
+  out.step = step_m;
+  out.unit = "m";
+  out.says = [](const Size& size) {
+    return "the ranges of all passes hold a delay that grows with the incidence, as that of the "
+           "troposphere does: " +
+           size.text + " at the zenith, where the mean atmosphere has 2.4 m at sea level";
   };
-  out.change = [passes](const Size& size) {
-    return "observations.csv: doppler_hz " + PassesPhrase(passes) + " divided by " +
-           InFiles(size.value, size.sigma);
+  out.change = [](const Size&) {
+    return std::string(
+        "block.toml: [reduction] troposphere = \"standard\", or a correction "
+        "troposphere");
   };
   return out;
 }
 
-Hypothesis Wavelength(const Names& passes, const KnownNumber& factor) {
+/// Times of a processor that takes an echo to be received where it was sent: late by half the
+/// travel time, R/c, less a constant, which is found; of part -1 where that is taken off twice.
+Hypothesis BistaticTimes(double middle_m, double part) {
   Hypothesis out;
-  out.kind = MistakeKind::kCone;
-  out.cause = "cone.wavelength";
+  out.kind = MistakeKind::kTime;
+  out.cause = "time.bistatic";
+  out.undo = [middle_m, part](Block* block, double late_s) {
+    ForLooks(*block, {}, [&](std::size_t i) {
+      block->looks.time_s[i] -=
+          late_s + part * (block->looks.range_m[i] - middle_m) / kSpeedOfLight_mps;
+    });
+  };
+  out.free = true;
+  out.value = 0.0;
+  out.step = 1e-5;
+  out.unit = "s";
+  out.says = [part, middle_m](const Size& size) {
+    return std::string("the times of all passes ") + (part > 0.0 ? "grow" : "fall") +
+           " with range by half of the travel time, as where echoes are taken to be received where "
+           "they were sent" +
+           (part > 0.0 ? "" : ", corrected with the wrong sign or twice") + ", and are " +
+           SizeOf(std::abs(size.value), size.sigma, "s").text +
+           (size.value > 0.0 ? " late" : " early") + " at " + InFiles(middle_m) + " m";
+  };
+  out.change = [part, middle_m](const Size& size) {
+    return std::string("observations.csv: as time_shift_s ") + InFiles(size.value, size.sigma) +
+           (part > 0.0 ? " + " : " - ") + "(range_m - " + InFiles(middle_m) + ") / 299792458";
+  };
+  return out;
+}
+
+/// Displacement of the middle of the block by the tide when each pass saw it, frame axes.
+std::optional<std::map<std::string, Eigen::Vector3d>> TidesOf(const Block& block) {
+  Eigen::Vector3d sum_m = Eigen::Vector3d::Zero();
+  double count = 0.0;
+  for (const Eigen::Vector3d& p_m : block.points.given_m) {
+    if (!p_m.allFinite()) continue;
+    sum_m += p_m;
+    count += 1.0;
+  }
+  if (count == 0.0) return std::nullopt;
+  std::map<std::string, Eigen::Vector3d> tides_m;
+  for (const Pass& pass : block.passes) {
+    const auto epoch = ParseUtc(pass.epoch_utc);
+    if (!epoch) return std::nullopt;
+    const UtcTime middle = AddSeconds(*epoch, 0.5 * (pass.start_s + pass.end_s));
+    tides_m[pass.id] = SolidEarthTide_m(TidalBodiesAt(middle), sum_m / count);
+  }
+  return tides_m;
+}
+
+/// A displaced point is seen as one that stays is seen from a path displaced the other way.
+Hypothesis TideLeftIn(const std::map<std::string, Eigen::Vector3d>& tides_m) {
+  Hypothesis out;
+  out.kind = MistakeKind::kPath;
+  out.cause = "control.tide";
   out.parameters = 0;
-  out.passes = passes;
-  out.undo = [passes](Block* block, double value) {
-    for (const std::uint32_t p : PassesOf(*block, passes)) block->passes[p].wavelength_m /= value;
+  out.undo = [tides_m](Block* block, double) {
+    for (std::size_t i = 0; i < block->passes.size(); ++i) {
+      const Eigen::Vector3d& by_m = tides_m.at(block->passes[i].id);
+      EditPathAsRead([&](StateVector* state) { state->position_m -= by_m; }, i, block);
+    }
   };
-  out.value = factor.value;
-  out.unit = "1";
-  out.says = [passes, factor](const Size& size) {
-    return "the wavelength " + PassesPhrase(passes) + " is " + Short(size.value) +
-           " times too large (" + factor.text + ")";
+  double largest_m = 0.0;
+  for (const auto& [pass, tide_m] : tides_m) largest_m = std::max(largest_m, tide_m.norm());
+  out.says = [largest_m](const Size&) {
+    return "the points were displaced by the solid Earth tide when they were seen, by up to " +
+           Short(largest_m) + " m";
   };
-  out.change = [passes](const Size& size) {
-    return "block.toml: wavelength_m " + PassesPhrase(passes) + " divided by " +
-           InFiles(size.value);
-  };
+  out.change = [](const Size&) { return std::string("block.toml: [reduction] tide = \"solid\""); };
   return out;
-}
-
-/// Sines of the squints at which known points are seen and that the looks give.
-struct Squints {
-  std::vector<double> ratio, range_m, off_rad;
-  bool doppler = false, given = false;
-};
-
-Squints SquintsOf(const PassPredictions& pass) {
-  Squints out;
-  const Looks& looks = pass.part.looks;
-  for (const PredictedLook& predicted : pass.predictions) {
-    if (std::isnan(predicted.ahead_sine)) continue;
-    double given_sine = 0.0;
-    if (!looks.cone.empty()) {
-      const double cone = looks.cone[predicted.look];
-      const bool doppler = (looks.flags[predicted.look] & Looks::kDoppler) != 0;
-      out.doppler = out.doppler || doppler;
-      out.given = out.given || cone != 0.0;
-      given_sine =
-          doppler ? 0.5 * pass.part.passes[0].wavelength_m * cone / pass.speed_mps : std::sin(cone);
-    }
-    if (predicted.ahead_sine != 0.0) out.ratio.push_back(given_sine / predicted.ahead_sine);
-    out.range_m.push_back(predicted.range_m);
-    out.off_rad.push_back(std::asin(std::clamp(given_sine, -1.0, 1.0)) -
-                          std::asin(predicted.ahead_sine));
-  }
-  return out;
-}
-
-/// The constant part of native Doppler at known points.
-std::function<double(double)> ConstantOf(const Squints& squints) {
-  return [squints](double per_m) {
-    std::vector<double> left_rad;
-    for (std::size_t k = 0; k < squints.off_rad.size(); ++k) {
-      left_rad.push_back(squints.off_rad[k] - per_m * squints.range_m[k]);
-    }
-    return Median(std::move(left_rad));
-  };
-}
-
-/// How clearly known points show native Doppler: their distance from the line beside its change
-/// from near to far.
-struct NativeShown {
-  double unclear = 0.0;
-  Hypothesis hypothesis;
-};
-
-void AddOf(const Names& passes,
-           const Squints& squints,
-           std::vector<NativeShown>* native,
-           Hypotheses* out) {
-  if (squints.given) {
-    const char* column = squints.doppler ? "doppler_hz" : "squint_deg";
-    out->push_back(ScaledCone(passes, column, {-1.0, "have the wrong sign"}));
-    if (squints.doppler) {
-      constexpr double kFarFromOne = 0.01;
-      const double factor = squints.ratio.size() < 3 ? 1.0 : Median(squints.ratio);
-      if (factor > 0.0 && std::abs(factor - 1.0) > kFarFromOne) {
-        out->push_back(DopplerFactor(passes, factor));
-      }
-      out->push_back(Wavelength(passes, {100.0, "centimetres for metres"}));
-      out->push_back(Wavelength(passes, {1000.0, "millimetres for metres"}));
-    } else {
-      out->push_back(ScaledCone(passes, column, {kRadPerDeg, "are radians, not degrees"}));
-    }
-  }
-  if (squints.doppler || squints.off_rad.size() < 3) return;
-  constexpr double kSquintStep_rad = 1e-6;
-  out->push_back(SquintBias(passes, Median(squints.off_rad), kSquintStep_rad));
-  constexpr std::size_t kFewest = 5;
-  if (squints.off_rad.size() < kFewest) return;
-  const Line line = RobustLine(squints.range_m, squints.off_rad);
-  const auto [nearest, farthest] =
-      std::minmax_element(squints.range_m.begin(), squints.range_m.end());
-  if (!(*farthest > *nearest)) return;
-  const double across_m = *farthest - *nearest;
-  native->push_back(
-      {line.spread / (std::abs(line.slope) * across_m),
-       NativeDoppler(passes, ConstantOf(squints), line.slope, kSquintStep_rad / across_m)});
-}
-
-/// Errors of the flights hide from the screening that a squint changes: those whose points show it
-/// most clearly are solved without it.
-void AddNative(std::vector<NativeShown> native, Hypotheses* out) {
-  constexpr std::size_t kMost = 3;
-  constexpr double kClear = 0.2;
-  std::stable_sort(native.begin(), native.end(), [](const NativeShown& a, const NativeShown& b) {
-    return a.unclear < b.unclear;
-  });
-  for (std::size_t i = 0; i < native.size(); ++i) {
-    Hypothesis& hypothesis = native[i].hypothesis;
-    hypothesis.screened = hypothesis.local = i < kMost && native[i].unclear < kClear;
-    out->push_back(std::move(hypothesis));
-  }
 }
 
 }  // namespace
 
-Hypothesis SquintBias(const std::vector<std::string>& passes, double value_rad, double step_rad) {
-  Hypothesis out;
-  out.kind = MistakeKind::kCone;
-  out.cause = "cone.squint";
-  out.passes = passes;
-  out.undo = [passes](Block* block, double value) {
-    Looks& looks = block->looks;
-    if (looks.cone.empty()) looks.cone.assign(looks.size(), 0.0);
-    ForLooks(*block, passes, [&](std::size_t i) {
-      if ((looks.flags[i] & Looks::kDoppler) != 0) return;
-      looks.cone[i] -= value;
-    });
+void AddDelayMistakes(const Facts& facts, Hypotheses* out) {
+  const Block& block = facts.sample.block;
+  const std::size_t before = out->size();
+  const auto possible = [&](const ReductionModels& models) {
+    return !FindProblem(block, std::vector(block.passes.size(), models));
   };
-  out.free = true;
-  out.value = value_rad;
-  out.step = step_rad;
-  out.unit = "rad";
-  out.says = [passes](const Size& size) {
-    const Size degrees = SizeOf(-kDegPerRad * size.value, kDegPerRad * size.sigma, "deg");
-    return PassWords(passes) + (passes.size() == 1 ? " looks" : " look") + " with a squint of " +
-           degrees.text + " that squint_deg leaves out";
-  };
-  out.change = [passes](const Size& size) {
-    return "observations.csv: squint_deg " + PassesPhrase(passes) +
-           (size.value > 0.0 ? " minus " : " plus ") +
-           InFiles(std::abs(kDegPerRad * size.value), kDegPerRad * size.sigma) +
-           ", or correction.squint " + PassesPhrase(passes);
-  };
-  return out;
-}
-
-void AddConeMistakes(const Facts& facts, Hypotheses* out) {
-  Names turned;
-  Squints all;
-  std::vector<NativeShown> native;
-  for (const PassPredictions& pass : facts.passes) {
-    const std::string& id = facts.sample.block.passes[pass.pass].id;
-    const auto wrong = std::count_if(pass.predictions.begin(),
-                                     pass.predictions.end(),
-                                     [](const PredictedLook& s) { return !s.on_its_side; });
-    if (2 * static_cast<std::size_t>(wrong) > pass.predictions.size()) turned.push_back(id);
-    if (pass.predictions.empty()) {
-      out->push_back(WrongSide({id}));
-      out->back().screened = true;
-    }
-    const Squints squints = SquintsOf(pass);
-    AddOf({id}, squints, &native, out);
-    all.off_rad.insert(all.off_rad.end(), squints.off_rad.begin(), squints.off_rad.end());
-    all.range_m.insert(all.range_m.end(), squints.range_m.begin(), squints.range_m.end());
-    all.ratio.insert(all.ratio.end(), squints.ratio.begin(), squints.ratio.end());
-    all.doppler = all.doppler || squints.doppler;
-    all.given = all.given || squints.given;
+  ReductionModels air, tide;
+  air.troposphere = TroposphereModel::kStandard;
+  tide.solid_tide = true;
+  std::vector<double> ranges_m;
+  constexpr double kOrbit_m = 100e3;
+  for (std::size_t i = 0; i < block.looks.size(); ++i) ranges_m.push_back(block.looks.range_m[i]);
+  if (block.frame.kind() != FrameKind::kGeocentric || ranges_m.empty() ||
+      !(Median(ranges_m) > kOrbit_m)) {
+    return;
   }
-  if (!turned.empty()) {
-    out->push_back(WrongSide(turned));
-    out->back().screened = true;
-    out->back().order = Hypothesis::kReported;
+  const double range_sigma_m = std::max(1e-3, block.passes.front().sigma.range_m);
+  if (possible(air)) out->push_back(ZenithDelayLeftIn(range_sigma_m));
+  for (const double part : {1.0, -1.0}) {
+    out->push_back(BistaticTimes(Median(ranges_m), part));
   }
-  if (facts.passes.size() > 1) AddOf({}, all, &native, out);
-  AddNative(std::move(native), out);
+  if (possible(tide)) {
+    if (const auto tides_m = TidesOf(block)) out->push_back(TideLeftIn(*tides_m));
+  }
+  for (std::size_t k = before; k < out->size(); ++k) {
+    (*out)[k].screened = true;
+    (*out)[k].order = Hypothesis::kScored;
+  }
 }
 
 namespace {

@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "core/text.h"
-#include "mistake.h"
 #include "mistakes.h"
 #include "model/parameters.h"
 #include "model/priors.h"

@@ -16,7 +16,6 @@
 #include "block/plausibility.h"
 #include "core/text.h"
 #include "geometry/state_checks.h"
-#include "mistake.h"
 #include "mistakes.h"
 #include "sample.h"
 #include <Eigen/Geometry>

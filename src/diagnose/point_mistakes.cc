@@ -11,7 +11,6 @@
 #include <utility>
 #include <vector>
 
-#include "mistake.h"
 #include "mistakes.h"
 #include "sample.h"
 

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/utc.h"
-#include "formats.h"
+#include "export.h"
 #include "model/look_model.h"
 #include <Eigen/Core>
 

@@ -8,8 +8,7 @@
 #include <cmath>
 
 #include "core/text.h"
-#include "files/geojson.h"
-#include "formats.h"
+#include "files/result_tables.h"
 #include "quality/covariance.h"
 
 namespace sarblock {

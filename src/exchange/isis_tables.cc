@@ -8,7 +8,7 @@
 #include <map>
 #include <numbers>
 
-#include "formats.h"
+#include "export.h"
 #include <fmt/core.h>
 
 namespace sarblock {

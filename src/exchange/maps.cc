@@ -14,8 +14,8 @@
 
 #include "core/text.h"
 #include "core/utc.h"
-#include "files/geojson.h"
-#include "formats.h"
+#include "export.h"
+#include "files/result_tables.h"
 #include "quality/covariance.h"
 #include <fmt/core.h>
 #include <sqlite3.h>

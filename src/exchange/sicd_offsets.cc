@@ -13,7 +13,7 @@
 
 #include "adjusted_image.h"
 #include "core/text.h"
-#include "formats.h"
+#include "export.h"
 #include "products/bytes.h"
 #include "products/sicd.h"
 #include "products/sicd_image.h"

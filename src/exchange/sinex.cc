@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "core/utc.h"
-#include "files/geojson.h"
-#include "formats.h"
+#include "export.h"
+#include "files/result_tables.h"
 #include "linear/block_cholesky.h"
 #include "tables/csv.h"
 #include <Eigen/Core>

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "block_reader.h"
+#include "block_file.h"
 #include "core/memory.h"
 #include "core/text.h"
 #include "core/threads.h"

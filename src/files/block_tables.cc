@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "block_tables.h"
-
 #include "sarblock/core/error.h"
 
 #include <algorithm>
@@ -15,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "block_reader.h"
+#include "block_file.h"
 #include "core/memory.h"
 #include "core/text.h"
 #include "core/threads.h"

@@ -11,10 +11,9 @@
 #include <map>
 #include <tuple>
 
-#include "block_reader.h"
+#include "block_file.h"
 #include "core/text.h"
 #include "core/threads.h"
-#include "geojson.h"
 #include "result_tables.h"
 #include "tables/json.h"
 #include "tables/open.h"

@@ -4,7 +4,7 @@
 #include "sarblock/core/error.h"
 #include "sarblock/geometry/path.h"
 
-#include "block_reader.h"
+#include "block_file.h"
 #include "correction_options.h"
 #include "tables/csv.h"
 #include "tables/toml.h"

@@ -15,7 +15,7 @@
 #include <sstream>
 #include <string>
 
-#include "block_tables.h"
+#include "block_file.h"
 #include "core/threads.h"
 #include "correction_options.h"
 #include "quality/assess.h"

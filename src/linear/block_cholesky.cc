@@ -1,20 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "block_cholesky.h"
 
+#include "sarblock/core/error.h"
+
 #include <algorithm>
+#include <cstddef>
 #include <memory>
+#include <mutex>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
-#include "blas_memory.h"
 #include "core/ranks.h"
 #include "core/threads.h"
 #include "dense.h"
 #include "front_ranks.h"
 #include "fronts.h"
 #include "symbolic.h"
+#include <dlfcn.h>
 #include <glog/logging.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
 
 namespace sarblock {
 namespace {
@@ -23,6 +30,39 @@ using Eigen::MatrixXd;
 using sparse::FrontMemory;
 using sparse::OwnFronts;
 using sparse::Symbolic;
+
+/// Takes the memory of OpenBLAS for so many threads that call it, where the addresses of this
+/// process are limited (ulimit -v): 128 MiB each, which it would ask for without end where they are
+/// refused. Throws InputError where there is not as much. Nothing without a limit.
+void TakeBlasMemory(int threads) {
+  constexpr std::size_t kBytes = (std::size_t{128} << 20) + (std::size_t{1} << 16);  // of a buffer
+  static std::mutex mutex;
+  static int taken = 0;
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return;
+  void* const allocate = dlsym(RTLD_DEFAULT, "blas_memory_alloc");
+  void* const release = dlsym(RTLD_DEFAULT, "blas_memory_free");
+  if (allocate == nullptr || release == nullptr) return;
+  const std::lock_guard lock(mutex);
+  if (threads <= taken) return;
+  const std::size_t missing = kBytes * static_cast<std::size_t>(threads - taken);
+  void* const room =
+      ::mmap(nullptr, missing, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+  if (room == MAP_FAILED) {
+    throw InputError("ulimit -v",
+                     "leaves this process no " + std::to_string(missing >> 20U) +
+                         " MiB of addresses, which BLAS takes for " + std::to_string(threads) +
+                         (threads == 1 ? " thread" : " threads") +
+                         "; a higher limit is needed, or fewer --threads");
+  }
+  ::munmap(room, missing);
+  std::vector<void*> buffers;
+  for (int i = 0; i < threads; ++i) {
+    buffers.push_back(reinterpret_cast<void* (*)(int)>(allocate)(0));
+  }
+  for (void* const buffer : buffers) reinterpret_cast<void (*)(void*)>(release)(buffer);
+  taken = threads;
+}
 
 OwnFronts Divide(Symbolic symbolic, double divided_operations) {
   const Ranks* const ranks = RanksScope::Current();
@@ -67,7 +107,7 @@ BlockCholesky::BlockCholesky(std::shared_ptr<const BlockPattern> pattern,
                              std::span<const int> last,
                              double divided_operations)
     : impl_(std::make_unique<Impl>()) {
-  dense::TakeBlasMemory(ThreadsAllowed());
+  TakeBlasMemory(ThreadsAllowed());
   dense::UseOneBlasThread();
   impl_->pattern = std::move(pattern);
   impl_->own = Divide(sparse::Analyse(*impl_->pattern, last), divided_operations);

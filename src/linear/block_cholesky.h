@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "block_matrix.h"
-#include "border.h"
 #include "front_ranks.h"
 #include "fronts.h"
 #include "symbolic.h"

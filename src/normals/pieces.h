@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "linear/block_matrix.h"
-#include "linear/border.h"
 #include "model/problem.h"
 #include "point.h"
 #include <Eigen/Core>

@@ -11,8 +11,8 @@
 #include "core/text.h"
 #include "image_table.h"
 #include "import.h"
+#include "isis.h"
 #include "network.h"
-#include "pvl.h"
 #include <Eigen/Cholesky>
 #include <fmt/core.h>
 

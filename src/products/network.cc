@@ -12,7 +12,7 @@
 #include "bytes.h"
 #include "core/text.h"
 #include "core/utc.h"
-#include "pvl.h"
+#include "isis.h"
 #include <fmt/core.h>
 
 namespace sarblock {

@@ -20,7 +20,6 @@
 #include "module.h"
 #include "tables/open.h"
 #include "tables/table.h"
-#include "work.h"
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "work.h"
-
 #include "sarblock/core/error.h"
 #include "sarblock/core/progress.h"
 
@@ -16,6 +14,7 @@
 #include "arrays.h"
 #include "core/threads.h"
 #include "linear/dense.h"
+#include "module.h"
 #include <unistd.h>
 
 namespace sarblock::python {

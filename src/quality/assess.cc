@@ -16,9 +16,9 @@
 
 #include "blunder_search.h"
 #include "core/text.h"
+#include "covariance.h"
 #include "model/priors.h"
-#include "point_pairs.h"
-#include "reliability.h"
+#include "verdict_tests.h"
 #include <Eigen/Core>
 
 namespace sarblock {

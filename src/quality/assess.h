@@ -11,8 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "groups.h"
-#include "reliability.h"
+#include "verdict_tests.h"
 
 namespace sarblock {
 

@@ -15,10 +15,10 @@
 #include "model/problem.h"
 #include "normals/reduced_system.h"
 #include "point_sweep.h"
-#include "reliability.h"
 #include "solve/rank.h"
 #include "solve/solve_block.h"
 #include "solve/structure.h"
+#include "verdict_tests.h"
 #include <Eigen/Eigenvalues>
 
 namespace sarblock {

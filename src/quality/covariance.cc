@@ -2,18 +2,37 @@
 #include "covariance.h"
 
 #include "sarblock/core/error.h"
+#include "sarblock/core/statistics.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstdint>
+#include <iterator>
+#include <limits>
+#include <map>
+#include <memory>
 #include <numbers>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/text.h"
 #include "core/threads.h"
+#include "geometry/track_axes.h"
 #include "normals/back.h"
 #include "point_sweep.h"
+#include "solve/ceres_engine.h"
+#include "solve/reduced_engine.h"
 #include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <boost/geometry.hpp>
+#include <boost/geometry/index/rtree.hpp>
+#include <ceres/covariance.h>
 
 namespace sarblock {
 
@@ -355,6 +374,437 @@ std::array<Geodetic, kEllipseCorners> EllipseRing(const Frame& frame,
         centre_rad + std::remainder(ring[i].lon_rad - centre_rad, 2.0 * std::numbers::pi);
   }
   return ring;
+}
+
+namespace {
+
+namespace bg = boost::geometry;
+using PlaceInSpace = bg::model::point<double, 3, bg::cs::cartesian>;
+using Entry = std::pair<PlaceInSpace, std::uint32_t>;
+
+PlaceInSpace PlaceOf(const Eigen::Vector3d& p_m) { return {p_m.x(), p_m.y(), p_m.z()}; }
+
+std::vector<Entry> SolvedPoints(const AdjustmentProblem& problem, const BlockState& state) {
+  std::vector<Entry> out;
+  for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
+    if (!problem.Solves(point)) continue;
+    out.emplace_back(PlaceOf(state.Position(point)), static_cast<std::uint32_t>(point));
+  }
+  return out;
+}
+
+using Tree = bg::index::rtree<Entry, bg::index::quadratic<16>>;
+
+void AppendPair(std::uint32_t a, std::uint32_t b, PointPairs* pairs) {
+  if (a != b) pairs->emplace_back(std::min(a, b), std::max(a, b));
+}
+
+PointPairs Sorted(PointPairs pairs) {
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  return pairs;
+}
+
+/// Along and across the track of the first pass at its middle, frame axes.
+std::optional<std::array<Eigen::Vector3d, 2>> DirectionsOf(const Block& block) {
+  if (block.passes.empty()) return std::nullopt;
+  const Pass& pass = block.passes.front();
+  const std::optional<Motion> motion = pass.path.At(0.5 * (pass.start_s + pass.end_s));
+  if (!motion) return std::nullopt;
+  const Eigen::Matrix3d axes = TrackAxesOf(block.frame, *motion).axes;
+  return std::array<Eigen::Vector3d, 2>{axes.col(0), axes.col(1)};
+}
+
+}  // namespace
+
+PointPairs NeighbourPairs(const AdjustmentProblem& problem, const BlockState& state) {
+  const std::vector<Entry> entries = SolvedPoints(problem, state);
+  const Tree tree(entries);
+  PointPairs pairs;
+  std::vector<Entry> nearest;
+  for (const Entry& entry : entries) {
+    nearest.clear();
+    tree.query(bg::index::nearest(entry.first, 2), std::back_inserter(nearest));
+    for (const Entry& other : nearest) AppendPair(entry.second, other.second, &pairs);
+  }
+  return Sorted(std::move(pairs));
+}
+
+PointPairs AllPairs(const AdjustmentProblem& problem, std::size_t most) {
+  std::vector<std::uint32_t> solved;
+  for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
+    if (problem.Solves(point)) solved.push_back(static_cast<std::uint32_t>(point));
+  }
+  const std::size_t count = solved.size() < 2 ? 0 : solved.size() * (solved.size() - 1) / 2;
+  if (count > most) {
+    throw InputError("adjust.pairs",
+                     "'all' means " + std::to_string(count) + " pairs, at most " +
+                         std::to_string(most) + " are allowed; name the pairs in a file");
+  }
+  PointPairs pairs;
+  for (std::size_t i = 0; i < solved.size(); ++i) {
+    for (std::size_t j = i + 1; j < solved.size(); ++j) pairs.emplace_back(solved[i], solved[j]);
+  }
+  return pairs;
+}
+
+PointPairs DistancePairs(const AdjustmentProblem& problem, const BlockState& state) {
+  constexpr int kDistances = 8, kTrials = 256;
+  constexpr std::size_t kMost = 32;
+  constexpr double kLongest = 0.7, kOffPlace = 0.25;
+  const std::vector<Entry> entries = SolvedPoints(problem, state);
+  const auto directions = DirectionsOf(problem.block);
+  if (!directions || entries.size() < 2) return {};
+  const Tree tree(entries);
+  PointPairs pairs;
+  for (const Eigen::Vector3d& direction : *directions) {
+    const auto along = [&](const Entry& entry) {
+      return direction.dot(state.Position(entry.second));
+    };
+    const auto [first, last] =
+        std::minmax_element(entries.begin(), entries.end(), [&](const Entry& a, const Entry& b) {
+          return along(a) < along(b);
+        });
+    double distance_m = kLongest * (along(*last) - along(*first));
+    for (int halved = 0; halved < kDistances; ++halved, distance_m *= 0.5) {
+      PointPairs found;
+      RandomStream random(static_cast<std::uint64_t>(halved), entries.size());
+      for (int trial = 0; trial < kTrials && found.size() < kMost; ++trial) {
+        const auto drawn =
+            static_cast<std::size_t>(random.Uniform() * static_cast<double>(entries.size()));
+        const std::uint32_t from = entries[drawn].second;
+        const Eigen::Vector3d aim_m = state.Position(from) + distance_m * direction;
+        std::vector<Entry> nearest;
+        tree.query(bg::index::nearest(PlaceOf(aim_m), 1), std::back_inserter(nearest));
+        const std::uint32_t to = nearest.front().second;
+        if ((state.Position(to) - aim_m).norm() > kOffPlace * distance_m) continue;
+        AppendPair(from, to, &found);
+      }
+      pairs.insert(pairs.end(), found.begin(), found.end());
+    }
+  }
+  return Sorted(std::move(pairs));
+}
+
+std::array<double, 3> AlongAcrossUp(const SymmetricEnu& covariance_m2,
+                                    const Eigen::Vector2d& along) {
+  const auto& q = covariance_m2;  // ee, nn, uu, en, eu, nu
+  const double e = along.x(), n = along.y();
+  const double along_m2 = e * e * q[0] + n * n * q[1] + 2.0 * e * n * q[3];
+  return {along_m2, q[0] + q[1] - along_m2, q[2]};
+}
+
+std::vector<DifferenceClass> SummariseDifferences(const Block& block, const AdjustResult& result) {
+  const auto directions = DirectionsOf(block);
+  if (!directions) return {};
+  double longest_m = 0.0;
+  for (const PairResult& pair : result.pairs) {
+    longest_m = std::max(longest_m, pair.difference_enu_m.norm());
+  }
+  constexpr std::size_t kFewest = 4;  // of which a median is shown
+  struct Values {
+    std::vector<double> distance_m, along_m, across_m, up_m;
+  };
+  std::map<std::pair<int, int>, Values> classes;  // direction, then minus the power of two
+  const double within = std::cos(20.0 * std::numbers::pi / 180.0);
+  for (const PairResult& pair : result.pairs) {
+    if (std::isnan(pair.covariance_m2[0])) continue;
+    const Eigen::Matrix3d enu = block.frame.EnuFromFrame(result.points.position_m[pair.a]);
+    const Eigen::Vector2d along = (enu * (*directions)[0]).head<2>().normalized();
+    const Eigen::Vector2d across(-along.y(), along.x());
+    const double distance_m = pair.difference_enu_m.norm();
+    const Eigen::Vector2d level = pair.difference_enu_m.head<2>() / distance_m;
+    const bool is_along = std::abs(level.dot(along)) > within;
+    if (!is_along && !(std::abs(level.dot(across)) > within)) continue;
+    const auto [along_m2, across_m2, up_m2] = AlongAcrossUp(pair.covariance_m2, along);
+    const int power = static_cast<int>(std::lround(std::log2(longest_m / distance_m)));
+    Values& values = classes[{is_along ? 0 : 1, -power}];
+    values.distance_m.push_back(distance_m);
+    values.along_m.push_back(std::sqrt(along_m2));
+    values.across_m.push_back(std::sqrt(across_m2));
+    values.up_m.push_back(std::sqrt(up_m2));
+  }
+  std::vector<DifferenceClass> out;
+  for (const auto& [key, values] : classes) {
+    if (values.up_m.size() < kFewest) continue;
+    out.push_back({key.first == 0,
+                   values.up_m.size(),
+                   Median(values.distance_m),
+                   Median(values.along_m),
+                   Median(values.across_m),
+                   Median(values.up_m)});
+  }
+  return out;
+}
+
+namespace {
+
+using Blocks = std::vector<std::pair<const double*, const double*>>;
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// Pairs of parameter blocks (i <= j) that are reported.
+std::set<std::pair<int, int>> ParameterPairs(const AdjustmentProblem& problem) {
+  std::set<std::pair<int, int>> wanted;
+  const int count = static_cast<int>(problem.layout.blocks.size());
+  if (problem.layout.size() <= kFullParameterCovariance) {
+    for (int i = 0; i < count; ++i) {
+      for (int j = i; j < count; ++j) wanted.emplace(i, j);
+    }
+    return wanted;
+  }
+  for (int i = 0; i < count; ++i) wanted.emplace(i, i);
+  std::vector<int> seen;
+  LookColumns columns;
+  const Looks& looks = problem.block.looks;
+  for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
+    if (!problem.Solves(point)) continue;
+    seen.clear();
+    for (std::size_t i = looks.offsets[point]; i < looks.offsets[point + 1]; ++i) {
+      if (problem.look_used[i] == 0) continue;
+      problem.model.ColumnsOf(i, &columns);
+      seen.insert(seen.end(), columns.block.begin(), columns.block.begin() + columns.block_count);
+    }
+    for (const int i : seen) {
+      for (const int j : seen) wanted.emplace(std::min(i, j), std::max(i, j));
+    }
+  }
+  return wanted;
+}
+
+class CeresRoute {
+ public:
+  CeresRoute(const AdjustmentProblem& problem, const BlockState& state, int threads)
+      : problem_(problem),
+        state_(state),
+        unknowns_(UnknownsOf(state)),
+        ceres_problem_(MakeCeresProblem(
+            problem, {}, state, {unknowns_.data(), unknowns_.data() + CorrectionsBegin()})),
+        covariance_(OptionsFor(threads)) {}
+
+  CeresCovariances Run(const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs) {
+    CeresCovariances out;
+    out.pairs = PairDifferences(problem_, state_, pairs);
+    const std::set<std::pair<int, int>> parameters = ParameterPairs(problem_);
+    Compute(parameters, out.pairs);
+    FillPoints(&out);
+    FillParameters(parameters, &out);
+    for (PairResult& pair : out.pairs) {
+      const Eigen::Matrix3d cross = Get(PointAt(pair.a), 3, PointAt(pair.b), 3);
+      const Eigen::Matrix3d difference = Point(pair.a) + Point(pair.b) - cross - cross.transpose();
+      pair.covariance_m2 = ToEnu(problem_.block.frame, state_.Position(pair.a), difference);
+    }
+    return out;
+  }
+
+ private:
+  static std::vector<double> UnknownsOf(const BlockState& state) {
+    std::vector<double> out;
+    for (const Eigen::Vector3d& point_m : state.displacement_m) {
+      out.insert(out.end(), point_m.begin(), point_m.end());
+    }
+    out.insert(out.end(), state.corrections.begin(), state.corrections.end());
+    return out;
+  }
+  static ceres::Covariance::Options OptionsFor(int threads) {
+    ceres::Covariance::Options options;
+    options.algorithm_type = ceres::SPARSE_QR;
+    options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
+    options.num_threads = threads;
+    return options;
+  }
+
+  [[nodiscard]] std::size_t CorrectionsBegin() const { return 3 * state_.displacement_m.size(); }
+  [[nodiscard]] const double* PointAt(std::size_t point) const {
+    return unknowns_.data() + 3 * point;
+  }
+  [[nodiscard]] const ParameterBlock& BlockOf(int block) const {
+    return problem_.layout.blocks[static_cast<std::size_t>(block)];
+  }
+  [[nodiscard]] const double* ParametersAt(int block) const {
+    return unknowns_.data() + CorrectionsBegin() + BlockOf(block).offset;
+  }
+
+  void Compute(const std::set<std::pair<int, int>>& parameters,
+               const std::vector<PairResult>& pairs) {
+    Blocks wanted;
+    for (std::size_t point = 0; point < problem_.block.points.size(); ++point) {
+      if (problem_.Solves(point)) wanted.emplace_back(PointAt(point), PointAt(point));
+    }
+    for (const auto& [i, j] : parameters) wanted.emplace_back(ParametersAt(i), ParametersAt(j));
+    std::set<std::pair<std::uint32_t, std::uint32_t>>
+        unordered;  // Ceres refuses a pair named twice
+    for (const PairResult& pair : pairs) {
+      if (pair.a != pair.b && unordered.insert(std::minmax(pair.a, pair.b)).second) {
+        wanted.emplace_back(PointAt(pair.a), PointAt(pair.b));
+      }
+    }
+    if (!covariance_.Compute(wanted, ceres_problem_.get())) {
+      throw UndeterminedError(
+          "covariance_method = \"ceres\" finds the equations rank deficient; allowed here: "
+          "\"reduced\", which names what is not determined",
+          {});
+    }
+  }
+
+  [[nodiscard]] RowMajor Get(const double* a, int rows, const double* b, int columns) const {
+    RowMajor out(rows, columns);
+    covariance_.GetCovarianceBlock(a, b, out.data());
+    return out;
+  }
+  [[nodiscard]] Eigen::Matrix3d Point(std::size_t point) const {
+    return Get(PointAt(point), 3, PointAt(point), 3);
+  }
+
+  void FillPoints(CeresCovariances* out) const {
+    out->points.resize(problem_.block.points.size());
+    for (std::size_t point = 0; point < out->points.size(); ++point) {
+      if (problem_.Solves(point)) {
+        out->points[point] = ToEnu(problem_.block.frame, state_.Position(point), Point(point));
+      } else {
+        out->points[point].fill(std::numeric_limits<double>::quiet_NaN());
+      }
+    }
+  }
+
+  void FillParameters(const std::set<std::pair<int, int>>& pairs, CeresCovariances* out) const {
+    for (const auto& [i, j] : pairs) {
+      const ParameterBlock& a = BlockOf(i);
+      const ParameterBlock& b = BlockOf(j);
+      const RowMajor block = Get(ParametersAt(i), a.size, ParametersAt(j), b.size);
+      for (int r = 0; r < a.size; ++r) {
+        for (int c = i == j ? r : 0; c < b.size; ++c) {
+          out->parameters.push_back({static_cast<std::uint32_t>(a.offset + r),
+                                     static_cast<std::uint32_t>(b.offset + c),
+                                     block(r, c)});
+        }
+      }
+    }
+  }
+
+  const AdjustmentProblem& problem_;
+  const BlockState& state_;
+  // Points, then corrections, in one array: Ceres orders the unknowns by their addresses.
+  std::vector<double> unknowns_;
+  std::unique_ptr<ceres::Problem> ceres_problem_;
+  ceres::Covariance covariance_;
+};
+
+}  // namespace
+
+CeresCovariances CovariancesByCeres(
+    const AdjustmentProblem& problem,
+    const BlockState& state,
+    const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs,
+    int threads) {
+  return CeresRoute(problem, state, threads).Run(pairs);
+}
+
+namespace {
+
+PointPairs WantedPairs(const AdjustmentProblem& problem,
+                       const BlockState& state,
+                       const AdjustOptions& options,
+                       const PointPairs& listed) {
+  switch (options.pairs) {
+    case PairChoice::kNone:
+      return {};
+    case PairChoice::kNeighbours:
+      return NeighbourPairs(problem, state);
+    case PairChoice::kAll:
+      return AllPairs(problem);
+    case PairChoice::kDistances:
+      return DistancePairs(problem, state);
+    case PairChoice::kList:
+      break;
+  }
+  return listed;
+}
+
+/// An inner datum takes out motions that points and paths share: nothing is left to hold.
+bool HasFixedPaths(const AdjustmentProblem& problem, const AdjustOptions& options) {
+  return problem.layout.size() > 0 && options.datum == Datum::kGiven;
+}
+
+void FillCovarianceByCeres(const AdjustmentProblem& problem,
+                           const BlockState& state,
+                           const AdjustOptions& options,
+                           const PointPairs& pairs,
+                           AdjustResult* result) {
+  CeresCovariances found = CovariancesByCeres(
+      problem, state, WantedPairs(problem, state, options, pairs), options.threads);
+  result->points.covariance_m2 = std::move(found.points);
+  result->pairs = std::move(found.pairs);
+  result->parameter_covariance = std::move(found.parameters);
+  if (HasFixedPaths(problem, options)) {
+    result->points.fixed_path_covariance_m2 =
+        SweepPoints(problem, state, nullptr, false, nullptr).covariance_m2;
+  }
+  for (const ParameterCovariance& c : result->parameter_covariance) {
+    if (c.a == c.b) result->parameters[c.a].sigma = std::sqrt(c.covariance);
+  }
+}
+
+}  // namespace
+
+void RequireCovarianceMethod(const AdjustmentProblem& problem, const AdjustOptions& options) {
+  if (Resolve(options.covariance_method) != CovarianceMethod::kCeres) return;
+  const std::size_t unknowns = CountProblem(problem).parameters;
+  if (unknowns <= kMaxCeresUnknowns) return;
+  throw InputError("adjust.covariance_method",
+                   "'ceres' is for blocks of at most " + std::to_string(kMaxCeresUnknowns) +
+                       " unknowns, this one has " + std::to_string(unknowns) +
+                       "; allowed: auto, reduced");
+}
+
+void FillCovariance(const AdjustmentProblem& problem,
+                    const BlockState& state,
+                    const ReducedSystem& system,
+                    const std::optional<DatumTransform>& datum,
+                    const AdjustOptions& options,
+                    const PointPairs& pairs,
+                    ProgressSink* progress,
+                    AdjustResult* result) {
+  if (options.covariance == CovarianceLevel::kNone) return;
+  if (Resolve(options.covariance_method) == CovarianceMethod::kCeres) {
+    FillCovarianceByCeres(problem, state, options, pairs, result);
+    return;
+  }
+  const bool block_level = (options.covariance == CovarianceLevel::kBlock ||
+                            options.covariance == CovarianceLevel::kMonteCarlo) &&
+                           problem.layout.size() > 0;
+  std::optional<CorrectionCovariance> inverse;
+  if (block_level) {
+    inverse = system.SelectedInverse();
+    result->parameter_covariance = ParameterCovariances(system, *inverse);
+    if (datum) datum->Transform(&result->parameter_covariance);
+    for (const ParameterCovariance& c : result->parameter_covariance) {
+      if (c.a == c.b) result->parameters[c.a].sigma = std::sqrt(c.covariance);
+    }
+  }
+  const bool rigorous = options.covariance != CovarianceLevel::kLeberl;
+  if (rigorous) {
+    PointSweep sweep =
+        SweepPoints(problem, state, inverse ? &*inverse : nullptr, true, progress, system.kept());
+    if (datum && block_level) {
+      datum->Transform(problem, state, &sweep.covariance_m2);
+      for (std::vector<float>& shift_m : sweep.quality.shift_m) {
+        std::fill(shift_m.begin(), shift_m.end(), std::numeric_limits<float>::quiet_NaN());
+      }
+    }
+    result->control_quality = ControlQualities(problem, state, sweep.covariance_m2);
+    result->points.covariance_m2 = std::move(sweep.covariance_m2);
+    result->points.redundancy = std::move(sweep.redundancy);
+    if (block_level && HasFixedPaths(problem, options)) {
+      result->points.fixed_path_covariance_m2 = std::move(sweep.fixed_path_covariance_m2);
+    }
+    result->quality = std::move(sweep.quality);
+  }
+  if (options.pairs == PairChoice::kNone) return;
+  const PointPairs wanted = WantedPairs(problem, state, options, pairs);
+  result->pairs =
+      rigorous ? PairCovariances(problem, state, block_level ? &system : nullptr, wanted, progress)
+               : PairDifferences(problem, state, wanted);
+  if (datum && block_level) datum->Transform(problem, state, &result->pairs);
 }
 
 }  // namespace sarblock

@@ -1,16 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "sarblock/block/block.h"
 #include "sarblock/core/progress.h"
 #include "sarblock/geometry/frame.h"
+#include "sarblock/model/options.h"
 #include "sarblock/model/result.h"
 
 #include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "model/problem.h"
 #include "normals/reduced_system.h"
+#include "solve/inner_datum.h"
 #include <Eigen/Core>
 
 namespace sarblock {
@@ -94,5 +100,65 @@ constexpr int kEllipseCorners = 36;
 [[nodiscard]] std::array<Geodetic, kEllipseCorners> EllipseRing(const Frame& frame,
                                                                 const Eigen::Vector3d& p_m,
                                                                 const ErrorEllipse& ellipse);
+
+/// Each solved point with its nearest solved neighbour, each pair once, ascending.
+[[nodiscard]] PointPairs NeighbourPairs(const AdjustmentProblem& problem, const BlockState& state);
+
+/// All pairs of solved points; throws InputError above `most` pairs.
+[[nodiscard]] PointPairs AllPairs(const AdjustmentProblem& problem, std::size_t most = 2000000);
+
+/// Pairs along and across the track of the first pass at its middle, eight distances each: 0.7 of
+/// the extent of the solved points and halves of it, down to where none are found. At most 32 of a
+/// distance, their second point within a quarter of the distance of where it should be; a sample
+/// that depends on the block alone.
+[[nodiscard]] PointPairs DistancePairs(const AdjustmentProblem& problem, const BlockState& state);
+
+/// Variances along, across and up [m^2] of a covariance, by a level unit direction (east, north).
+[[nodiscard]] std::array<double, 3> AlongAcrossUp(const SymmetricEnu& covariance_m2,
+                                                  const Eigen::Vector2d& along);
+
+/// The pairs of a result by direction and distance. A pair within 20 degrees of a direction is one
+/// of it; of a distance are those within a factor of sqrt(2) of the longest pair's over a power of
+/// two; distances of fewer than four pairs are left out. Without covariances empty.
+[[nodiscard]] std::vector<DifferenceClass> SummariseDifferences(const Block& block,
+                                                                const AdjustResult& result);
+
+/// Covariances by ceres::Covariance: the slow independent route beside the reduced normals
+/// (`covariance_method = "ceres"`).
+struct CeresCovariances {
+  std::vector<SymmetricEnu> points;             ///< by point, east-north-up; NaN where not solved
+  std::vector<ParameterCovariance> parameters;  ///< upper triangle of the parameters of each pass
+  std::vector<PairResult> pairs;                ///< as PairCovariances
+};
+
+/// Unknowns (three per point, corrections) up to which covariance_method = "ceres" is offered. Its
+/// time grows with their square: 10,000 take minutes where the reduced route takes milliseconds.
+inline constexpr std::size_t kMaxCeresUnknowns = 10000;
+
+/// Exact marginal covariances of all unknowns of the Ceres problem at `state`, looks without loss:
+/// the sparse QR factorisation of the whole Jacobian (SuiteSparseQR; Ceres' documentation of
+/// Covariance::Options), no elimination of points. Parameters: pairs within one parameter block and
+/// of blocks whose passes see a common point, or all while there are at most
+/// kFullParameterCovariance. Throws UndeterminedError where the Jacobian is rank
+/// deficient to Ceres. No limit of size: the caller refuses above kMaxCeresUnknowns.
+[[nodiscard]] CeresCovariances CovariancesByCeres(
+    const AdjustmentProblem& problem,
+    const BlockState& state,
+    const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs,
+    int threads);
+
+/// Refuses a block too large for the method asked for.
+void RequireCovarianceMethod(const AdjustmentProblem& problem, const AdjustOptions& options);
+
+/// Values, sigmas, covariance of points, corrections and pairs at options.covariance.
+/// `datum`: covariances of a floating block are transformed to it.
+void FillCovariance(const AdjustmentProblem& problem,
+                    const BlockState& state,
+                    const ReducedSystem& system,
+                    const std::optional<DatumTransform>& datum,
+                    const AdjustOptions& options,
+                    const PointPairs& pairs,
+                    ProgressSink* progress,
+                    AdjustResult* result);
 
 }  // namespace sarblock

@@ -15,7 +15,7 @@
 #include "core/threads.h"
 #include "model/problem.h"
 #include "normals/point.h"
-#include "reliability.h"
+#include "verdict_tests.h"
 #include <Eigen/LU>
 
 namespace sarblock {

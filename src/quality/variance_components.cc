@@ -12,12 +12,12 @@
 
 #include "core/threads.h"
 #include "covariance.h"
-#include "groups.h"
 #include "linear/dense.h"
 #include "model/problem.h"
 #include "normals/point.h"
 #include "point_sweep.h"
 #include "solve/rank.h"
+#include "verdict_tests.h"
 
 namespace sarblock {
 namespace {

@@ -17,7 +17,7 @@
 #include "core/threads.h"
 #include "core/utc.h"
 #include "frames.h"
-#include "tide.h"
+#include "reduction.h"
 
 namespace sarblock {
 namespace {

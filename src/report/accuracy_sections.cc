@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "charts.h"
 #include "page.h"
 #include "result_page.h"
 #include <fmt/core.h>

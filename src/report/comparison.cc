@@ -6,7 +6,6 @@
 #include <map>
 #include <set>
 
-#include "charts.h"
 #include "page.h"
 #include "result_page.h"
 #include <fmt/core.h>

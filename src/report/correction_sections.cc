@@ -3,7 +3,6 @@
 #include <cmath>
 #include <numeric>
 
-#include "charts.h"
 #include "page.h"
 #include "result_page.h"
 #include <fmt/core.h>

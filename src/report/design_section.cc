@@ -7,9 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "charts.h"
 #include "page.h"
-#include "result_folder.h"
+#include "shown_result.h"
 #include "study_page.h"
 #include <fmt/core.h>
 

@@ -8,8 +8,7 @@
 #include <limits>
 #include <string>
 
-#include "charts.h"
-#include "files/geojson.h"
+#include "files/result_tables.h"
 #include "page.h"
 #include "quality/covariance.h"
 #include "result_page.h"

@@ -2,13 +2,17 @@
 #include "page.h"
 
 #include "sarblock/core/error.h"
+#include "sarblock/core/statistics.h"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <numeric>
 #include <string_view>
 
 #include <fmt/core.h>
+#include <nlohmann/json.hpp>
 
 namespace sarblock {
 namespace {
@@ -341,6 +345,294 @@ std::string Capital(std::string text) {
     text[0] = static_cast<char>(text[0] - 'a' + 'A');
   }
   return text;
+}
+
+namespace {
+
+using ChartValue = nlohmann::ordered_json;
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+/// Five significant digits: finer than a pixel of any screen.
+ChartValue Rounded(double value) {
+  if (!std::isfinite(value)) return nullptr;
+  if (value == 0.0) return 0;
+  const int places = 4 - static_cast<int>(std::floor(std::log10(std::abs(value))));
+  if (places > 300 || places < -300) return value;
+  const double scale = std::pow(10.0, std::abs(places));
+  const double rounded =
+      places >= 0 ? std::round(value * scale) / scale : std::round(value / scale) * scale;
+  if (rounded == std::round(rounded) && std::abs(rounded) < 1e15) {
+    return static_cast<std::int64_t>(rounded);
+  }
+  return rounded;
+}
+
+ChartValue List(const std::vector<double>& values) {
+  ChartValue out = ChartValue::array();
+  for (const double value : values) out.push_back(Rounded(value));
+  return out;
+}
+
+/// One row after the other in one flat list.
+template <std::size_t n>
+ChartValue Flat(const std::vector<std::array<double, n>>& rows) {
+  ChartValue out = ChartValue::array();
+  for (const auto& row : rows) {
+    for (const double value : row) out.push_back(Rounded(value));
+  }
+  return out;
+}
+
+ChartValue Lines(const std::vector<MapChart::Line>& lines) {
+  ChartValue out = ChartValue::array();
+  for (const MapChart::Line& line : lines) {
+    out.push_back({{"name", line.name}, {"xy", Flat(line.places)}});
+  }
+  return out;
+}
+
+ChartValue AxisJson(const ChartAxis& axis) {
+  ChartValue out = {{"label", axis.label}};
+  if (axis.logarithmic) out["log"] = true;
+  if (!std::isnan(axis.least)) out["min"] = Rounded(axis.least);
+  if (!std::isnan(axis.most)) out["max"] = Rounded(axis.most);
+  return out;
+}
+
+/// Ids of files need not be UTF-8: what is not becomes the replacement character.
+std::string Dump(const ChartValue& json) {
+  return json.dump(-1, ' ', false, ChartValue::error_handler_t::replace);
+}
+
+}  // namespace
+
+std::string ChartJson(const std::string& id, const XyChart& chart) {
+  ChartValue out = {{"id", id}, {"type", "xy"}, {"x", AxisJson(chart.x)}, {"y", AxisJson(chart.y)}};
+  out["series"] = ChartValue::array();
+  for (const ChartSeries& series : chart.series) {
+    ChartValue one = {{"label", series.label},
+                      {"style", series.style},
+                      {"color", series.color},
+                      {"x", List(series.x)},
+                      {"y", List(series.y)}};
+    if (!series.low.empty()) one["low"] = List(series.low);
+    if (!series.high.empty()) one["high"] = List(series.high);
+    if (!series.names.empty()) one["names"] = series.names;
+    if (series.written) one["written"] = true;
+    out["series"].push_back(std::move(one));
+  }
+  return Dump(out);
+}
+
+void FitY(XyChart* chart) {
+  double low = kNone, high = kNone;
+  for (const ChartSeries& series : chart->series) {
+    for (const double y : series.y) {
+      if (!(y > 0.0)) continue;
+      low = std::fmin(low, y);
+      high = std::fmax(high, y);
+    }
+  }
+  if (std::isnan(low)) return;
+  chart->y.logarithmic = high > 5.0 * low;
+  const double margin = chart->y.logarithmic ? std::pow(high / low, 0.08) : 0.1 * (high - low);
+  chart->y.least = chart->y.logarithmic ? low / margin : std::max(0.0, low - margin);
+  chart->y.most = chart->y.logarithmic ? high * margin : high + margin;
+  if (chart->y.least == chart->y.most) chart->y.least = chart->y.most = kNone;
+}
+
+std::string ChartJson(const std::string& id, const MapChart& chart) {
+  ChartValue out = {{"id", id}, {"type", "map"}, {"unit", chart.unit}};
+  out["tracks"] = Lines(chart.tracks);
+  out["swaths"] = Lines(chart.swaths);
+  out["points"] = Flat(chart.points);
+  out["names"] = chart.point_names;
+  out["values"] = ChartValue::array();
+  for (const MapChart::Value& value : chart.values) {
+    out["values"].push_back({{"label", value.label},
+                             {"of", List(value.of_point)},
+                             {"low", Rounded(value.low)},
+                             {"high", Rounded(value.high)},
+                             {"least", Rounded(value.least)},
+                             {"most", Rounded(value.most)},
+                             {"weakLow", value.weak_where_low}});
+  }
+  out["shown"] = chart.shown;
+  out["log"] = chart.logarithmic;
+  out["control"] = Flat(chart.control);
+  out["controlNames"] = chart.control_names;
+  out["checks"] = Flat(chart.checks);
+  out["checkNames"] = chart.check_names;
+  out["ellipses"] = Flat(chart.ellipses);
+  out["errors"] = Flat(chart.errors);
+  out["graticule"] = Lines(chart.graticule);
+  out["unitMetres"] = chart.unit_m;
+  return Dump(out);
+}
+
+namespace {
+
+constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
+
+/// A well mixed function of an index (the finaliser of splitmix64).
+std::uint64_t Mixed(std::uint64_t x) {
+  x += 0x9e3779b97f4a7c15U;
+  x = (x ^ (x >> 30U)) * 0xbf58476d1ce4e5b9U;
+  x = (x ^ (x >> 27U)) * 0x94d049bb133111ebU;
+  return x ^ (x >> 31U);
+}
+
+double QuantileOfSorted(const std::vector<double>& sorted, double probability) {
+  if (sorted.empty()) return kNothing;
+  const double position = probability * static_cast<double>(sorted.size() - 1);
+  const auto low = static_cast<std::size_t>(position);
+  const std::size_t high = std::min(low + 1, sorted.size() - 1);
+  return sorted[low] + (position - static_cast<double>(low)) * (sorted[high] - sorted[low]);
+}
+
+double Cross(const std::array<double, 2>& o,
+             const std::array<double, 2>& a,
+             const std::array<double, 2>& b) {
+  return (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0]);
+}
+
+}  // namespace
+
+double SampleQuantile(std::vector<double> values, double probability) {
+  return SampleQuantiles(std::move(values), std::array{probability})[0];
+}
+
+std::vector<double> SampleQuantiles(std::vector<double> values,
+                                    std::span<const double> probabilities) {
+  std::erase_if(values, [](double v) { return std::isnan(v); });
+  std::sort(values.begin(), values.end());
+  std::vector<double> out;
+  for (const double p : probabilities) out.push_back(QuantileOfSorted(values, p));
+  return out;
+}
+
+std::size_t Histogram::total() const {
+  return std::accumulate(counts.begin(), counts.end(), std::size_t{0});
+}
+
+Histogram CountInBins(std::span<const float> values, double lower, double upper, std::size_t bins) {
+  Histogram out{lower, upper, std::vector<std::size_t>(bins, 0)};
+  const double per_bin = (upper - lower) / static_cast<double>(bins);
+  for (const float value : values) {
+    const auto v = static_cast<double>(value);
+    if (std::isnan(v)) continue;
+    if (v < lower) ++out.below;
+    if (v > upper) ++out.above;
+    const double last = static_cast<double>(bins - 1);
+    const double bin = std::clamp(std::floor((v - lower) / per_bin), 0.0, last);
+    ++out.counts[static_cast<std::size_t>(bin)];
+  }
+  return out;
+}
+
+std::vector<QuantilePoint> NormalQuantilePlot(std::span<const float> values, std::size_t most) {
+  std::vector<float> sorted(values.begin(), values.end());
+  std::erase_if(sorted, [](float v) { return std::isnan(v); });
+  std::sort(sorted.begin(), sorted.end());
+  const std::size_t n = sorted.size();
+  const auto point = [&](std::size_t i) {
+    const double p = (static_cast<double>(i) + 0.5) / static_cast<double>(n);
+    return QuantilePoint{NormalQuantile(p), static_cast<double>(sorted[i])};
+  };
+  std::vector<QuantilePoint> out;
+  if (n <= most) {
+    for (std::size_t i = 0; i < n; ++i) out.push_back(point(i));
+    return out;
+  }
+  const std::size_t tail = most / 4;
+  const std::size_t middle = most - 2 * tail;
+  for (std::size_t i = 0; i < tail; ++i) out.push_back(point(i));
+  const std::size_t span = n - 2 * tail;
+  for (std::size_t i = 0; i < middle; ++i)
+    out.push_back(point(tail + (2 * i + 1) * span / (2 * middle)));
+  for (std::size_t i = n - tail; i < n; ++i) out.push_back(point(i));
+  return out;
+}
+
+std::vector<std::uint32_t> SampleIndices(std::size_t count, std::size_t most) {
+  std::vector<std::uint32_t> out(count);
+  std::iota(out.begin(), out.end(), 0U);
+  if (count <= most) return out;
+  const auto end = out.begin() + static_cast<std::ptrdiff_t>(most);
+  std::nth_element(out.begin(), end, out.end(), [](auto a, auto b) { return Mixed(a) < Mixed(b); });
+  out.resize(most);
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+std::vector<BinnedMedian> MedianInBins(std::span<const double> x,
+                                       std::span<const double> values,
+                                       std::size_t bins,
+                                       std::size_t least) {
+  double low = kNothing, high = kNothing;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (!std::isfinite(x[i]) || std::isnan(values[i])) continue;
+    low = std::fmin(low, x[i]);
+    high = std::fmax(high, x[i]);
+  }
+  std::vector<BinnedMedian> out;
+  if (!(high >= low)) return out;
+  std::vector<std::vector<double>> of_bin(bins);
+  const double width = high > low ? (high - low) / static_cast<double>(bins) : 1.0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (!std::isfinite(x[i]) || std::isnan(values[i])) continue;
+    const auto bin = static_cast<std::size_t>((x[i] - low) / width);
+    of_bin[std::min(bin, bins - 1)].push_back(values[i]);
+  }
+  for (std::size_t b = 0; b < bins; ++b) {
+    if (of_bin[b].empty() || of_bin[b].size() < least) continue;
+    const std::size_t count = of_bin[b].size();
+    out.push_back({low + (static_cast<double>(b) + 0.5) * width,
+                   SampleQuantile(std::move(of_bin[b]), 0.5),
+                   count});
+  }
+  return out;
+}
+
+double RoundDown125(double value) {
+  if (!(value > 0.0) || !std::isfinite(value)) return 1.0;
+  const double power = std::pow(10.0, std::floor(std::log10(value)));
+  for (const double step : {10.0, 5.0, 2.0}) {
+    if (step * power <= value * (1.0 + 1e-12)) return step * power;
+  }
+  return power;
+}
+
+ConvexHull::ConvexHull(std::vector<std::array<double, 2>> places_m) {
+  std::erase_if(places_m,
+                [](const auto& p) { return !std::isfinite(p[0]) || !std::isfinite(p[1]); });
+  std::sort(places_m.begin(), places_m.end());
+  places_m.erase(std::unique(places_m.begin(), places_m.end()), places_m.end());
+  if (places_m.size() < 3) return;
+  // Andrew's monotone chain: the lower hull, then the upper one.
+  std::vector<std::array<double, 2>>& hull = corners_m_;
+  const auto add = [&hull](const std::array<double, 2>& p, std::size_t least) {
+    while (hull.size() >= least && Cross(hull[hull.size() - 2], hull.back(), p) <= 0.0) {
+      hull.pop_back();
+    }
+    hull.push_back(p);
+  };
+  for (const auto& p : places_m) add(p, 2);
+  const std::size_t lower = hull.size() + 1;
+  for (std::size_t i = places_m.size() - 1; i-- > 0;) add(places_m[i], lower);
+  hull.pop_back();
+  if (hull.size() < 3) hull.clear();
+}
+
+bool ConvexHull::Contains(double x_m, double y_m) const {
+  if (!HasArea()) return false;
+  for (std::size_t i = 0; i < corners_m_.size(); ++i) {
+    const auto& a = corners_m_[i];
+    const auto& b = corners_m_[(i + 1) % corners_m_.size()];
+    if (Cross(a, b, {x_m, y_m}) < 0.0) return false;
+  }
+  return true;
 }
 
 }  // namespace sarblock

@@ -5,7 +5,6 @@
 #include <numeric>
 #include <unordered_map>
 
-#include "charts.h"
 #include "page.h"
 #include "result_page.h"
 #include <fmt/core.h>

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "page.h"
-#include "result_folder.h"
+#include "shown_result.h"
 #include "study_page.h"
 #include <fmt/core.h>
 

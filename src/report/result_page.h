@@ -12,10 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "charts.h"
-#include "headline.h"
 #include "page.h"
-#include "result_folder.h"
+#include "shown_result.h"
 
 namespace sarblock {
 

@@ -11,9 +11,8 @@
 #include <map>
 #include <sstream>
 
-#include "charts.h"
 #include "page.h"
-#include "result_folder.h"
+#include "shown_result.h"
 #include "studies/densification.h"
 #include "studies/design.h"
 #include "studies/stability.h"

@@ -15,7 +15,6 @@
 #include "block/swath.h"
 #include "core/text.h"
 #include "geometry/track_axes.h"
-#include "image_sigma.h"
 #include "scene.h"
 #include <Eigen/Geometry>
 #include <Eigen/LU>

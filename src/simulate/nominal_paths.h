@@ -10,7 +10,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "terrain_sight.h"
+#include "places.h"
 #include <Eigen/Core>
 
 namespace sarblock {

@@ -15,12 +15,10 @@
 
 #include "block/read_recorded.h"
 #include "core/threads.h"
-#include "image_sigma.h"
 #include "nominal_paths.h"
 #include "places.h"
 #include "reduction/look_reduction.h"
 #include "scene.h"
-#include "terrain_sight.h"
 #include "true_path.h"
 
 namespace sarblock {

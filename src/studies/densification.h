@@ -14,7 +14,6 @@
 #include "cases.h"
 #include "placement.h"
 #include "study.h"
-#include "verification.h"
 
 namespace sarblock {
 

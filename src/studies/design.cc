@@ -17,7 +17,7 @@
 #include "core/text.h"
 #include "core/threads.h"
 #include "densification.h"
-#include "quality/point_pairs.h"
+#include "quality/covariance.h"
 #include <fmt/core.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -12,7 +12,6 @@
 
 #include "cases.h"
 #include "study.h"
-#include "verification.h"
 
 namespace sarblock {
 

@@ -17,8 +17,8 @@
 #include "core/threads.h"
 #include "exact.h"
 #include "normals/point.h"
-#include "quality/groups.h"
 #include "quality/point_sweep.h"
+#include "quality/verdict_tests.h"
 #include "study.h"
 #include "tables/toml.h"
 

@@ -17,7 +17,6 @@
 #include <vector>
 
 #include "core/text.h"
-#include "hdf5_driver.h"
 #include "hdf5_file.h"
 #include <hdf5_hl.h>
 

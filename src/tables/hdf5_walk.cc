@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "hdf5_object.h"
+#include "hdf5_file.h"
 #include "hdf5_trial.h"
 #include <malloc.h>
 #include <sys/prctl.h>

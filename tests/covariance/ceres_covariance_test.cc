@@ -11,7 +11,7 @@
 #include <string>
 #include <utility>
 
-#include "quality/result_covariance.h"
+#include "quality/covariance.h"
 #include "support/scene_blocks.h"
 #include <Eigen/Core>
 #include <gmock/gmock.h>

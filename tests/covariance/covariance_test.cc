@@ -10,9 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "quality/point_pairs.h"
 #include "quality/point_sweep.h"
-#include "quality/result_covariance.h"
 #include "solve/ceres_engine.h"
 #include "solve/rank.h"
 #include "support/dense_normals.h"

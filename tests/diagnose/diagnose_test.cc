@@ -21,7 +21,7 @@
 
 #include "block/plausibility.h"
 #include "block/read_recorded.h"
-#include "diagnose/mistake.h"
+#include "diagnose/mistakes.h"
 #include "diagnose/plants_edit.h"
 #include "diagnose/sample.h"
 #include "diagnose/trial_blocks.h"

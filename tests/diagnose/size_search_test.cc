@@ -2,7 +2,6 @@
 #include "diagnose/mistakes.h"
 #include "diagnose/sample.h"
 #include "diagnose/trial_blocks.h"
-#include "diagnose/trials.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "diagnose/mistake.h"
+#include "diagnose/mistakes.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // The configurations of Leberl (1979), Fig. 3 to 5, 8 and 9, against closed forms.
-#include "leberl/figures.h"
-
 #include "sarblock/core/error.h"
 #include "sarblock/leberl/formulas.h"
 
@@ -11,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "leberl/pairs.h"
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 

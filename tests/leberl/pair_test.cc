@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "leberl/pair.h"
-
 #include "sarblock/core/error.h"
 #include "sarblock/geometry/frame.h"
 
@@ -9,6 +7,7 @@
 #include <limits>
 #include <tuple>
 
+#include "leberl/pairs.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

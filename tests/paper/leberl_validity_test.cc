@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "leberl/validity.h"
+#include "leberl/rigorous.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "reduction/tide.h"
-
 #include "sarblock/core/error.h"
 #include "sarblock/geometry/frame.h"
 #include "sarblock/reduction/reduction.h"
@@ -13,6 +11,7 @@
 #include <sstream>
 #include <string>
 
+#include "reduction/reduction.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

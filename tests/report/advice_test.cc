@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 
-#include "report/headline.h"
 #include "report/made_result.h"
+#include "report/shown_result.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

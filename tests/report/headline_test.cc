@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report/headline.h"
-
 #include <algorithm>
 #include <cmath>
 
 #include "report/made_result.h"
+#include "report/shown_result.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "report/result_folder.h"
+#include "report/shown_result.h"
 
 namespace sarblock::test {
 

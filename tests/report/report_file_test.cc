@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "io/io_fixture.h"
-#include "report/result_folder.h"
 #include "report/result_page.h"
+#include "report/shown_result.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <limits>
 #include <set>
 
-#include "report/charts.h"
+#include "report/page.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/image_sigma.h"
-
 #include "sarblock/block/block.h"
 #include "sarblock/geometry/frame.h"
 #include "sarblock/simulate/scene.h"
@@ -11,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "simulate/scene.h"
 #include "simulate/small_scene.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "simulate/terrain_sight.h"
-
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
 #include "sarblock/simulate/scene.h"

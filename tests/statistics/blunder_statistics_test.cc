@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "quality/reliability.h"
+#include "quality/verdict_tests.h"
 #include "statistics/scene_statistics.h"
 #include <gtest/gtest.h>
 

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "leberl/pair.h"
+#include "leberl/pairs.h"
 #include "studies/design_law.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

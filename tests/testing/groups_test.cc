@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Groups of observations: what looks and control have of v'Pv and of the redundancy, against dense
 // matrices; which blocks their tests and those of priors let pass.
-#include "quality/groups.h"
-
 #include "sarblock/adjust/adjust.h"
 
 #include <cmath>
@@ -11,6 +9,7 @@
 #include <vector>
 
 #include "quality/assess.h"
+#include "quality/verdict_tests.h"
 #include "solve/start.h"
 #include "support/dense_normals.h"
 #include "support/joint_priors.h"

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "quality/reliability.h"
-
 #include "sarblock/core/error.h"
 
 #include <cmath>
 #include <limits>
 
+#include "quality/verdict_tests.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Colours, axes, legends and the charts of lines and points (XyChart of src/report/charts.h).
+// Colours, axes, legends and the charts of lines and points (XyChart of src/report/page.h).
 "use strict";
 const sarblock = (function () {
   // Okabe and Ito's colours, which stay apart for colour-blind readers; cividis for a scale, dark for

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The map of a block (MapChart of src/report/charts.h): equal scales, zoom and pan, and over the data
+// The map of a block (MapChart of src/report/page.h): equal scales, zoom and pan, and over the data
 // a graticule, north, a scale bar and the key of the error ellipses.
 "use strict";
 const sarblockMap = (function () {

@@ -1,18 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "trials.h"
+#include "mistakes.h"
 
 #include "sarblock/core/error.h"
+#include "sarblock/core/statistics.h"
 #include "sarblock/geometry/look_equations.h"
+#include "sarblock/model/options.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstdio>
 #include <exception>
+#include <string>
 #include <utility>
+#include <vector>
 
+#include "core/text.h"
 #include "normals/point.h"
 #include "normals/reduced_system.h"
 #include "quality/covariance.h"
 #include "quality/point_sweep.h"
+#include "quality/verdict_tests.h"
 #include "sample.h"
 #include "solve/rank.h"
 #include "solve/reduced_engine.h"
@@ -22,11 +31,101 @@
 namespace sarblock {
 namespace {
 
+template <typename... Values>
+std::string Print(const char* format, Values... values) {
+  std::array<char, 160> text{};
+  std::snprintf(text.data(), text.size(), format, values...);
+  return text.data();
+}
+
+std::string Joined(const std::vector<std::string>& names) {
+  constexpr std::size_t kNamed = 4;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(names.size(), kNamed); ++i) {
+    text += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
+  }
+  if (names.size() > kNamed) text += " and " + std::to_string(names.size() - kNamed) + " more";
+  return text;
+}
+
+/// Never 100 % unless nothing is left.
+std::string Percent(double part) {
+  return Print("%.2f", std::min(99.99, 100.0 * std::max(0.0, part))) + " %";
+}
+
+}  // namespace
+
+std::string Short(double value) { return Digits(value, 4); }
+
+std::string InFiles(double value, double sigma) {
+  constexpr int kFewest = 4, kExact = 10, kMost = 16;
+  if (!(sigma > 0.0) || !std::isfinite(sigma) || value == 0.0) return Digits(value, kExact);
+  const auto order = [](double x) { return static_cast<int>(std::floor(std::log10(std::abs(x)))); };
+  return Digits(value, std::clamp(order(value) - order(sigma) + 2, kFewest, kMost));
+}
+
+Size SizeOf(double value, double sigma, const std::string& unit) {
+  const bool none = unit.empty() || unit == "1";
+  return {value, sigma, ValueWithSigma(value, sigma) + (none ? "" : " " + unit)};
+}
+
+std::string Equals(const std::vector<KnownNumber>& numbers, double value, double sigma) {
+  const double tolerance = std::max(sigma > 0.0 ? 4.0 * sigma : 0.0, 1e-3 * std::abs(value));
+  if (!(tolerance < 0.1 * std::abs(value))) return "";
+  const KnownNumber* nearest = nullptr;
+  for (const KnownNumber& number : numbers) {
+    const double off = std::abs(value - number.value);
+    if (off > tolerance) continue;
+    if (nearest == nullptr || off < std::abs(value - nearest->value)) nearest = &number;
+  }
+  return nearest == nullptr ? "" : nearest->text;
+}
+
+std::string PassWords(const std::vector<std::string>& passes) {
+  if (passes.empty()) return "all passes";
+  return (passes.size() == 1 ? "pass " : "passes ") + Joined(passes);
+}
+
+std::string PassesPhrase(const std::vector<std::string>& passes) {
+  return "of " + (passes.empty() ? std::string("all passes") : Joined(passes));
+}
+
+std::string SentenceOf(const Hypothesis& hypothesis,
+                       const Size& size,
+                       const std::string& detail,
+                       const Explanation& explanation) {
+  std::string text = hypothesis.says(size);
+  if (!explanation.equals.empty()) text += " (" + explanation.equals + ")";
+  if (!detail.empty()) text += ", " + detail;
+  if (hypothesis.kind != MistakeKind::kSigma || explanation.part > 0.0) {
+    text += ": takes " + Percent(explanation.part) + " of v'Pv";
+  }
+  if (explanation.looks_lost_before > explanation.looks_lost_after) {
+    text += Print(" and finds a place for %zu looks",
+                  explanation.looks_lost_before - explanation.looks_lost_after);
+  }
+  const double left = explanation.square_sum_after / explanation.redundancy_after;
+  if (left > 2.0 || explanation.looks_lost_after > 0) {
+    text += " but does not explain all (v'Pv over redundancy " + Short(left) + " is left)";
+  }
+  const Explanation::Cure& cure = explanation.cure;
+  if (cure.tried) {
+    text += cure.cures ? "; with it the whole block is sound: s0^2 of looks and control "
+                       : "; of the whole block it is a part: s0^2 of looks and control ";
+    text += Short(cure.factor) + " (" + Short(cure.lower) + " to " + Short(cure.upper) +
+            " is expected)";
+    if (std::isfinite(cure.priors_factor)) text += ", of priors " + Short(cure.priors_factor);
+  }
+  return text + "; " + explanation.change;
+}
+
+namespace {
+
 constexpr int kQuicklyFormed = 6, kMaxFormations = 16;
 /// Steps of an intersection to start from: circles far from each other creep.
 constexpr int kStepsToStart = 12;
 /// Newton decrement in sigmas: v'Pv to its square.
-constexpr double kSettled = 0.03;
+constexpr double kSettledDecrement = 0.03;
 
 /// Looks of the sample that ought to have a place: not rejected, of control or of points with two
 /// looks. A check point is solved like a tie point.
@@ -105,7 +204,7 @@ Fit SolveSample(const Block& sample,
     SolveOptions options;
     options.useless_above = asked.useless_above;
     options.max_formed = asked.effort == Effort::kQuick ? kQuicklyFormed : kMaxFormations;
-    options.settle_below = kSettled;
+    options.settle_below = kSettledDecrement;
     ReducedSystem system(problem);
     const SolveReport report = SolveReduced(problem, {}, options, &system, &fit.state, progress);
     fit.formed = report.formed;
@@ -319,6 +418,107 @@ Solved SearchSize(const Hypothesis& hypothesis,
     step = hypothesis.logarithm ? std::min(best.sigma, 1.0) : best.sigma;
   }
   return best;
+}
+
+namespace {
+
+/// Looks from which on a part of the points stands for the block: seconds of work.
+constexpr std::size_t kMaxLooksOfCure = 200000;
+
+/// All known points and as many ties, evenly taken, as make a block of at most so many looks.
+Block PartForCure(const Block& block) {
+  const std::size_t every = block.looks.size() / kMaxLooksOfCure + 1;
+  std::vector<std::uint32_t> points;
+  for (std::uint32_t point = 0; point < block.points.size(); ++point) {
+    const bool known = block.points.role[point] != PointRole::kTie;
+    if (known || point % every == 0) points.push_back(point);
+  }
+  return PartOf(block, points);
+}
+
+/// Redundancy numbers while corrections stay, times the part of them that all looks have then.
+void AddSums(const Block& block,
+             const CorrectionModel& model,
+             const Fit& fit,
+             const PriorSums& priors,
+             const std::vector<std::string>& passes,
+             BlockCure* out) {
+  const SampleResiduals residuals = ResidualsOf(block, model, fit);
+  std::vector<std::uint8_t> concerned(block.passes.size(), 0);
+  for (const std::uint32_t pass : PassesOf(block, passes)) concerned[pass] = 1;
+  double alone = 0.0;
+  for (std::size_t i = 0; i < block.looks.size(); ++i) {
+    for (const Eigen::Index column : {0, 1}) {
+      const double error = residuals.whitened_errors(static_cast<Eigen::Index>(i), column);
+      const double part = residuals.redundancy(static_cast<Eigen::Index>(i), column);
+      if (!std::isfinite(error) || !std::isfinite(part)) continue;
+      const auto add = [&](LookSums* sums) {
+        sums->square += error * error;
+        sums->redundancy += part;
+      };
+      add(&out->of_all[static_cast<std::size_t>(column)]);
+      if (concerned[block.looks.pass[i]] != 0)
+        add(&out->of_passes[static_cast<std::size_t>(column)]);
+      alone += part;
+    }
+  }
+  const double of_looks = fit.counts.redundancy() - priors.redundancy - residuals.known_redundancy;
+  if (!priors.known || !(of_looks > 0.0) || !(alone > of_looks)) return;
+  for (auto* sums : {&out->of_all, &out->of_passes}) {
+    for (LookSums& of : *sums) of.redundancy *= of_looks / alone;
+  }
+}
+
+}  // namespace
+
+bool BearsSigmas(const BlockCure& solved, double test_level) {
+  if (!solved.cure.cures) return false;
+  return std::all_of(solved.of_all.begin(), solved.of_all.end(), [&](const LookSums& of) {
+    if (!(of.redundancy >= 1.0)) return true;
+    return of.square >= ChiSquareInterval(LevelOfOneTest(test_level), of.redundancy).lower;
+  });
+}
+
+BlockCure CureOf(const Block& given,
+                 const CorrectionModel& corrections,
+                 const Hypothesis& hypothesis,
+                 double value,
+                 double test_level,
+                 ProgressSink* progress) {
+  BlockCure tried;
+  Explanation::Cure& out = tried.cure;
+  try {
+    Block block = given.looks.size() > kMaxLooksOfCure ? PartForCure(given) : given;
+    hypothesis.undo(&block, value);
+    FitStrips(&block);
+    CorrectionModel model = corrections;
+    if (hypothesis.remodel) hypothesis.remodel(&model, value);
+    const Fit fit = SolveSample(block, model, {}, progress);
+    if (!fit.solved || fit.lost > 0) return tried;
+    const PriorSums priors = PriorsOf(block, model, fit);
+    const bool determined = priors.known || model.groups.empty();
+    if (!determined) return tried;
+    const GlobalTest test =
+        TestMeasurements(fit.counts, priors, {.kept = fit.square_sum}, test_level);
+    if (!(test.redundancy > 0.0)) return tried;
+    out.tried = true;
+    out.factor = test.sigma0_squared;
+    out.lower = test.chi_square.lower / test.redundancy;
+    out.upper = test.chi_square.upper / test.redundancy;
+    out.points = block.points.size();
+    const bool with_priors = priors.known && priors.redundancy > kMinRedundancy;
+    if (with_priors) out.priors_factor = priors.square_sum / priors.redundancy;
+    tried.priors_hold = !with_priors || PriorsHold(priors, test_level);
+    out.cures = test.passed && tried.priors_hold;
+    if (hypothesis.kind == MistakeKind::kSigma) {
+      AddSums(block, model, fit, priors, hypothesis.passes, &tried);
+    }
+  } catch (const Interrupted&) {
+    throw;
+  } catch (const std::exception&) {  // what cannot be solved cures nothing
+    tried = {};
+  }
+  return tried;
 }
 
 }  // namespace sarblock

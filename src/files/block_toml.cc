@@ -1,227 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "block_reader.h"
-
 #include "sarblock/core/error.h"
 #include "sarblock/core/id_table.h"
+#include "sarblock/core/statistics.h"
 #include "sarblock/files/block_file.h"
-#include "sarblock/geometry/path.h"
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
+#include <optional>
 #include <utility>
 #include <vector>
 
-#include "block/plausibility.h"
-#include "block/read_recorded.h"
+#include "block_file.h"
 #include "core/text.h"
-#include "core/threads.h"
 #include "correction_options.h"
 #include "reduction/frames.h"
-#include "tables/open.h"
+#include "reduction/look_reduction.h"
 #include "tables/toml.h"
-#include <fmt/format.h>
-#include <fmt/ranges.h>
 
 namespace sarblock::files {
-
-namespace {
-
-bool IsDigit(char c) { return c >= '0' && c <= '9'; }
-
-/// An id as one that was typed again would be: without blanks (no-break ones too), zeros before
-/// digits, and the difference of capitals.
-std::string NearKey(std::string_view id) {
-  std::string simple;
-  for (std::size_t i = 0; i < id.size(); ++i) {
-    if (id.substr(i).starts_with("\xC2\xA0")) {
-      ++i;
-    } else if (id[i] == '0' && (simple.empty() || !IsDigit(simple.back())) && i + 1 < id.size() &&
-               IsDigit(id[i + 1])) {
-      continue;
-    } else if (id[i] != ' ' && id[i] != '\t') {
-      simple += static_cast<char>(std::tolower(static_cast<unsigned char>(id[i])));
-    }
-  }
-  return simple;
-}
-
-/// The id in quotes, with words for blanks that do not show.
-std::string Shown(std::string_view id) {
-  std::string shown(id);
-  for (std::size_t at = 0; (at = shown.find("\xC2\xA0", at)) != std::string::npos;) {
-    shown.replace(at, 2, "<no-break space>");
-  }
-  return Quoted(shown);
-}
-
-/// Warns of known points without a look whose names are nearly those of points that have looks and
-/// do not stand in the table of points, of which there are `listed`.
-void WarnOfNearNames(std::size_t listed, BlockReading* reading) {
-  const Points& points = reading->result.block.points;
-  const Looks& looks = reading->result.block.looks;
-  std::map<std::string, std::uint32_t> missing;
-  for (const KnownPosition& known : points.known) {
-    if (looks.offsets[known.point] != looks.offsets[known.point + 1]) continue;
-    missing.emplace(NearKey(points.ids[known.point]), known.point);
-  }
-  std::vector<std::string> pairs;
-  std::size_t found = 0;
-  for (std::size_t i = listed; i < points.size() && !missing.empty(); ++i) {
-    const auto known = missing.find(NearKey(points.ids[i]));
-    if (known == missing.end()) continue;
-    constexpr std::size_t kNamed = 5;
-    if (++found > kNamed) continue;
-    pairs.push_back(Shown(points.ids[known->second]) + " and " + Shown(points.ids[i]));
-  }
-  if (found == 0) return;
-  std::string text = fmt::format("{}", fmt::join(pairs, ", "));
-  if (found > pairs.size()) text += fmt::format(" and {} more", found - pairs.size());
-  reading->result.warnings.push_back(
-      fmt::format("{} known point{} no look, and the observations have nearly the same name{}: {}; "
-                  "are they the same points?",
-                  found,
-                  found == 1 ? " has" : "s have",
-                  found == 1 ? "" : "s",
-                  text));
-}
-
-/// Names that begin with # are comments where they are not quoted: known points would be lost
-/// without a word.
-void RefuseCommentedPoints(std::size_t listed, const BlockReading& reading) {
-  if (!reading.commented_point) return;
-  const IdTable& ids = reading.result.block.points.ids;
-  for (std::size_t i = listed; i < ids.size(); ++i) {
-    if (!ids[i].starts_with('#')) continue;
-    throw InputError(*reading.commented_point,
-                     "a line that begins with # is a comment, and the observations name a point " +
-                         Quoted(ids[i]) +
-                         " that no other line gives: names that begin with # "
-                         "stand in quotes");
-  }
-}
-
-void WarnOfRejectedPasses(BlockReading* reading) {
-  const Block& block = reading->result.block;
-  std::vector<std::size_t> looks(block.passes.size(), 0), taken(block.passes.size(), 0);
-  for (std::size_t i = 0; i < block.looks.size(); ++i) {
-    ++looks[block.looks.pass[i]];
-    taken[block.looks.pass[i]] += block.looks.rejected(i) ? 0U : 1U;
-  }
-  for (std::size_t i = 0; i < looks.size(); ++i) {
-    if (looks[i] == 0 || taken[i] > 0) continue;
-    reading->result.warnings.push_back(
-        fmt::format("pass {}: all {} looks are rejected, so it takes no part",
-                    Quoted(block.passes[i].id),
-                    looks[i]));
-  }
-}
-
-/// Whether there are corrections of the path, all of them shared by the two passes.
-bool SharePathCorrections(const AdjustTable& options,
-                          const std::string& pass_a,
-                          const std::string& pass_b) {
-  std::size_t shared = 0;
-  for (const CorrectionGroup& group : options.groups) {
-    if (!std::holds_alternative<PositionCorrection>(group.model) &&
-        !std::holds_alternative<VelocityCorrection>(group.model)) {
-      continue;
-    }
-    const auto has = [&group](const std::string& id) {
-      return group.passes.empty() ||
-             std::find(group.passes.begin(), group.passes.end(), id) != group.passes.end();
-    };
-    const bool a = has(pass_a), b = has(pass_b);
-    if (!a && !b) continue;
-    if (!(a && b && group.shared)) return false;
-    ++shared;
-  }
-  return shared > 0;
-}
-
-}  // namespace
-
-BlockFile ReadBlockFrom(const TableSource& source, const ReadOptions& options) {
-  BlockReading reading{source, options, {}, {}, {}, {}, {}};
-  ReadBlockToml(&reading);
-  ReadTrajectories(&reading);
-  ReadPoints(&reading);
-  const std::size_t listed = reading.result.block.points.size();
-  ReadLooks(&reading);
-  RefuseCommentedPoints(listed, reading);
-  WarnOfNearNames(listed, &reading);
-  WarnOfRejectedPasses(&reading);
-  SetStripSpans(reading.strip_spans_s, &reading.result.block);
-  RequireReductions(reading.result.block, reading.pass_places);
-  if (options.contradictions == Contradictions::kRefuse) {
-    RequireAboveGround(reading.result.block);
-    RequireBodyFixedStates(reading.result.block);
-  }
-  for (std::string& warning : ReadRecordedFlights(&reading.result.block)) {
-    reading.result.warnings.push_back(std::move(warning));
-  }
-  for (std::string& remark : DoubtsOfReductions(reading.result.block)) {
-    reading.result.warnings.push_back(std::move(remark));
-  }
-  for (std::string& remark : ExaminePlausibility(reading.result.block)) {
-    reading.result.warnings.push_back(std::move(remark));
-  }
-  const AdjustTable& adjust = reading.result.adjust;
-  for (std::string& remark :
-       FindSameFlights(reading.result.block, [&](std::size_t a, std::size_t b) {
-         return SharePathCorrections(
-             adjust, reading.result.block.passes[a].id, reading.result.block.passes[b].id);
-       })) {
-    reading.result.warnings.push_back(std::move(remark));
-  }
-  for (std::string& remark : FindSameKnownPoints(reading.result.block)) {
-    reading.result.warnings.push_back(std::move(remark));
-  }
-  const Copies copies = FindCopiedPasses(reading.result.block);
-  CountOnce(copies, &reading.result.block);
-  for (const std::string& remark : copies.remarks) reading.result.warnings.push_back(remark);
-  reading.result.block.points.ids.DropIndex();
-  return std::move(reading.result);
-}
-
-BlockFile ReadBlock(const std::filesystem::path& folder, const ReadOptions& options) {
-  const CancellationScope scope(options.progress);
-  return ReadBlockFrom(*TablesAt(folder, FolderContent::kBlock), options);
-}
-
-BlockFile ReadBlockTexts(const BlockTexts& texts, const ReadOptions& options) {
-  return ReadBlockFrom(*TablesOfTexts({{"block.toml", texts.block_toml},
-                                       {"trajectories.csv", texts.trajectories_csv},
-                                       {"observations.csv", texts.observations_csv},
-                                       {"points.csv", texts.points_csv}},
-                                      FolderContent::kBlock),
-                       options);
-}
-
-std::uint32_t IdFinder::Find(const Row& row, std::size_t column) {
-  return found_.Of(row, column, [&] {
-    const std::string_view id = row.Id(column);
-    const std::uint32_t found = ids_.Find(id);
-    if (found == IdTable::kNone) {
-      row.Fail(column,
-               std::string(holder_) + " has no " + noun_ + " " + Quoted(id) +
-                   DidYouMean(ids_.Nearest(id)));
-    }
-    return found;
-  });
-}
-
-double LengthNumber(const Row& row, std::size_t column) {
-  const double value_m = row.Number(column);
-  if (std::abs(value_m) > kLargestLength_m) {
-    row.Fail(column,
-             "must be at most " + NumberText(kLargestLength_m) + " m, got " + NumberText(value_m) +
-                 " m");
-  }
-  return value_m;
-}
-
 namespace {
 
 std::vector<double> Numbers(const TomlValue& list) {
@@ -612,135 +409,120 @@ void ReadBlockToml(BlockReading* reading) {
 
 namespace {
 
-class ArrayReader final : public TableReader {
- public:
-  ArrayReader(const ArrayTable& table, Schema schema)
-      : TableReader(table.name, schema),
-        table_(table),
-        rows_(table.columns.empty() ? 0 : table.columns.front().rows()),
-        arrays_(schema.size()) {
-    for (const ArrayColumn& array : table.columns) {
-      const auto known = std::find(names_.begin(), names_.end(), array.name);
-      if (known == names_.end()) {
-        unknown_.push_back(array.name);
-      } else {
-        OpenArray(static_cast<std::size_t>(known - names_.begin()), array);
-      }
-    }
-    RequireColumns();
+void ReadTroposphere(const TomlValue& value, ReductionModels* models) {
+  if (value.IsText()) {
+    models->troposphere = value.OneOf({"none", "standard"}) == 0 ? TroposphereModel::kNone
+                                                                 : TroposphereModel::kStandard;
+    return;
   }
+  const TomlTable table(value);
+  table.RefuseOthers({"pressure_hpa", "temperature_k", "humidity_1", "height_m"});
+  models->troposphere = TroposphereModel::kWeather;
+  models->weather.pressure_hpa =
+      table.Require("pressure_hpa", "the air pressure in hectopascal").Number();
+  models->weather.temperature_k =
+      table.Require("temperature_k", "the temperature in kelvin").Number();
+  models->weather.humidity = table.Require("humidity_1", "the relative humidity, 0 to 1").Number();
+  const auto height = table.Find("height_m");
+  models->weather.height_m = height ? height->Number() : 0.0;
+}
 
-  bool Next(Batch* batch) override {
-    if (next_ == rows_) return false;
-    batch->first = next_;
-    next_ += std::min(rows_ - next_, kRowsAtOnce);
-    return true;
+void ReadIonosphere(const TomlValue& value, ReductionModels* models) {
+  if (value.IsText()) {
+    static_cast<void>(value.OneOf({"none"}));
+    models->ionosphere.reset();
+    return;
   }
-  void Parse(Batch* batch) const override {
-    batch->Begin(schema_);
-    batch->table = this;
-    batch->rows = std::min(rows_ - batch->first, kRowsAtOnce);
-    for (std::size_t i = 0; i < schema_.size(); ++i) {
-      Column& column = batch->columns[i];
-      column.texts = Has(i) ? arrays_[i]->texts.get() : nullptr;
-      if (!Has(i)) continue;
-      const auto copy = [&](const auto& from, auto* to) {
-        const auto rows = from.subspan(batch->first, batch->rows);
-        to->assign(rows.begin(), rows.end());
-      };
-      if (column.texts == nullptr) {
-        copy(arrays_[i]->cells, &column.numbers);
-        continue;
-      }
-      copy(arrays_[i]->indices, &column.indices);
-      if (IsText(schema_[i].kind)) continue;
-      for (const std::uint32_t text : column.indices) {  // numbers are asked for
-        column.numbers.push_back(NumberOfText((*column.texts)[text], schema_[i].kind));
-      }
-      column.texts = nullptr;
-    }
-  }
-  std::size_t RowsLeft() const override { return rows_ - next_; }
-  std::string TextOfCell(const Row& row, std::size_t column) const override {
-    const ArrayColumn& array = *arrays_[column];
-    const std::size_t cell = row.line() - 1;
-    return array.texts != nullptr ? std::string((*array.texts)[array.indices[cell]])
-                                  : NumberText(array.cells[cell]);
-  }
-  FilePlace PlaceAt(std::size_t line, std::size_t column) const override {
-    std::string field = file_ + "." + names_[column];
-    if (line > 0) field += "[" + std::to_string(line - 1) + "]";
-    return {{}, 0, std::move(field)};
-  }
-  std::string NameOfLine(std::size_t line) const override {
-    return "row " + std::to_string(line - 1);
-  }
-
- private:
-  void OpenArray(std::size_t column, const ArrayColumn& array) {
-    const FilePlace place = PlaceAt(0, column);
-    if (Has(column)) throw InputError(place, "is given twice; one column only");
-    if (array.rows() != rows_) {
-      throw InputError(place,
-                       "has " + std::to_string(array.rows()) + " rows where " + file_ + "." +
-                           table_.columns.front().name + " has " + std::to_string(rows_) +
-                           ", as many are needed");
-    }
-    arrays_[column] = &array;
-    place_[column] = column;
-    for (std::size_t row = 0; array.texts != nullptr && row < rows_; ++row) {
-      if (array.indices[row] < array.texts->size()) continue;
-      throw InputError(PlaceAt(row + 1, column),
-                       "must be an index below " + std::to_string(array.texts->size()) +
-                           ", the number of texts, got " + std::to_string(array.indices[row]));
-    }
-    if (array.texts == nullptr && IsText(schema_[column].kind)) {
-      throw InputError(place, "holds numbers, texts are needed");
-    }
-    for (std::size_t row = 0; row < array.cells.size(); ++row) {
-      if (!std::isinf(array.cells[row])) continue;
-      throw InputError(PlaceAt(row + 1, column),
-                       "must be a finite number, got " + NumberText(array.cells[row]));
-    }
-  }
-  std::string ColumnsThere() const override {
-    std::string text = "there are ";
-    for (const ArrayColumn& column : table_.columns) {
-      text += (&column == &table_.columns.front() ? "" : ",") + column.name;
-    }
-    return text;
-  }
-
-  const ArrayTable& table_;
-  std::size_t rows_;
-  std::vector<const ArrayColumn*> arrays_;  // by column; null: not there
-  std::size_t next_ = 0;
-};
-
-class ArraySource final : public TableSource {
- public:
-  explicit ArraySource(const BlockArrays& arrays)
-      : TableSource(FolderContent::kBlock), arrays_(arrays) {}
-  std::pair<std::string, std::string> Read(std::string_view file) const override {
-    return {std::string(file), std::string(arrays_.block_toml)};
-  }
-  std::unique_ptr<TableReader> Open(std::string_view table, Schema schema) const override {
-    for (const ArrayTable& held : arrays_.tables) {
-      if (held.name == table) return std::make_unique<ArrayReader>(held, schema);
-    }
-    return nullptr;
-  }
-  std::string NameOf(std::string_view table) const override { return std::string(table); }
-  std::string DefaultName() const override { return "block"; }
-
- private:
-  const BlockArrays& arrays_;
-};
+  const TomlTable table(value);
+  table.RefuseOthers({"tec_tecu", "share_1"});
+  Ionosphere& ionosphere = models->ionosphere.emplace();
+  ionosphere.tec_tecu = table.Require("tec_tecu", "the vertical electron content in TECU").Number();
+  if (const auto share = table.Find("share_1")) ionosphere.share = share->Number();
+}
 
 }  // namespace
 
-BlockFile ReadBlockArrays(const BlockArrays& arrays, const ReadOptions& options) {
-  return ReadBlockFrom(ArraySource(arrays), options);
+const std::vector<std::string>& ReductionKeys() {
+  static const std::vector<std::string> keys{
+      "troposphere", "ionosphere", "tide", "range_m", "time_s"};
+  return keys;
+}
+
+ReductionModels ReadReduction(const TomlTable& table, const ReductionModels& standard) {
+  table.RefuseOthers(ReductionKeys());
+  ReductionModels models = standard;
+  if (const auto value = table.Find("troposphere")) ReadTroposphere(*value, &models);
+  if (const auto value = table.Find("ionosphere")) ReadIonosphere(*value, &models);
+  if (const auto value = table.Find("tide")) {
+    models.solid_tide = value->OneOf({"none", "solid"}) == 1;
+  }
+  if (const auto value = table.Find("range_m")) models.range_m = value->Number();
+  if (const auto value = table.Find("time_s")) models.time_s = value->Number();
+  return models;
+}
+
+std::string ReductionText(const ReductionModels& models, std::string_view name) {
+  if (models == ReductionModels{}) return "";
+  std::string text = "[" + std::string(name) + "]\n";
+  if (models.troposphere == TroposphereModel::kStandard) text += "troposphere = \"standard\"\n";
+  if (models.troposphere == TroposphereModel::kWeather) {
+    const Weather& weather = models.weather;
+    text += "troposphere = { pressure_hpa = " + NumberText(weather.pressure_hpa) +
+            ", temperature_k = " + NumberText(weather.temperature_k) +
+            ", humidity_1 = " + NumberText(weather.humidity);
+    if (weather.height_m != 0.0) text += ", height_m = " + NumberText(weather.height_m);
+    text += " }\n";
+  }
+  if (models.ionosphere) {
+    text += "ionosphere = { tec_tecu = " + NumberText(models.ionosphere->tec_tecu) +
+            ", share_1 = " + NumberText(models.ionosphere->share) + " }\n";
+  }
+  if (models.solid_tide) text += "tide = \"solid\"\n";
+  if (models.range_m != 0.0) text += "range_m = " + NumberText(models.range_m) + "\n";
+  if (models.time_s != 0.0) text += "time_s = " + NumberText(models.time_s) + "\n";
+  return text;
+}
+
+std::vector<std::string> DoubtsOfReductions(const Block& block) {
+  const Looks& looks = block.looks;
+  // The atmosphere makes ranges longer by decimetres or more; motion within the pulse is below half
+  // a metre of either sign. Sentinel-1's times are off by half a millisecond.
+  constexpr double kWrongSign_m = -1.0, kSeconds_m = 1e-5, kMilliseconds_s = 0.01;
+  std::vector<std::vector<double>> ranges_m(block.passes.size()), times_s(block.passes.size());
+  for (std::size_t i = 0; i < looks.size(); ++i) {
+    if (looks.rejected(i)) continue;
+    if (!looks.range_delay_m.empty()) ranges_m[looks.pass[i]].push_back(looks.range_delay_m[i]);
+    if (!looks.time_shift_s.empty()) times_s[looks.pass[i]].push_back(looks.time_shift_s[i]);
+  }
+  std::vector<std::string> doubts;
+  for (std::size_t pass = 0; pass < block.passes.size(); ++pass) {
+    const auto say = [&](const char* column, double value, const char* unit, const char* doubt) {
+      doubts.push_back("pass " + Quoted(block.passes[pass].id) + ": " + column + " is " +
+                       Digits(value, 3) + unit + " in the median: " + doubt);
+    };
+    if (!ranges_m[pass].empty()) {
+      const double median_m = Median(std::move(ranges_m[pass]));
+      if (median_m < kWrongSign_m) {
+        say("range_delay_m", median_m, " m", "what makes ranges too long is positive");
+      } else if (median_m != 0.0 && std::abs(median_m) < kSeconds_m) {
+        say("range_delay_m", median_m, " m", "one-way metres are needed, are these seconds?");
+      }
+    }
+    if (times_s[pass].empty()) continue;
+    const double median_s = Median(std::move(times_s[pass]));
+    if (std::abs(median_s) > kMilliseconds_s) {
+      say("time_shift_s", median_s, " s", "seconds are needed, are these milliseconds or metres?");
+    }
+  }
+  return doubts;
+}
+
+void RequireReductions(const Block& block, const std::vector<FilePlace>& places) {
+  const auto problem = FindProblem(block, ModelsOf(block));
+  if (!problem) return;
+  FilePlace place = places[problem->pass];
+  place.field = "pass[" + std::to_string(problem->pass) + "]." + problem->key;
+  throw InputError(place, problem->problem);
 }
 
 }  // namespace sarblock::files

@@ -2,11 +2,14 @@
 #pragma once
 
 #include "sarblock/block/block.h"
+#include "sarblock/core/id_table.h"
 #include "sarblock/files/block_file.h"
 #include "sarblock/geometry/frame.h"
+#include "sarblock/model/options.h"
 #include "sarblock/simulate/scene.h"
 
 #include <array>
+#include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -19,6 +22,9 @@
 #include "tables/toml.h"
 
 namespace sarblock::files {
+
+/// The parts of a block file, its keys and its tables, as block.toml and the tables of a result and
+/// of a scene have them too: what reads them first, then what writes them.
 
 /// What the readers of the single files share.
 struct BlockReading {
@@ -126,5 +132,34 @@ SceneTrajectoryError ReadTrajectoryError(SceneTable& table, const std::filesyste
 /// Throws InputError for models that the block's passes cannot have (FindProblem()); `places` of
 /// the passes.
 void RequireReductions(const Block& block, const std::vector<FilePlace>& places);
+
+/// Calls write(look, point) for the looks [begin, end) in their order.
+template <typename Write>
+void ForLooks(const Looks& looks, std::size_t begin, std::size_t end, const Write& write) {
+  std::size_t point = looks.PointOf(begin);
+  for (std::size_t look = begin; look < end; ++look) {
+    while (looks.offsets[point + 1] <= look) ++point;
+    write(look, point);
+  }
+}
+
+/// Writes flight paths, one per pass, with the columns of trajectories.csv. `adjusted` by pass:
+/// what that column says; empty: they are no adjusted ones.
+void WritePaths(TableSink* sink,
+                std::string_view name,
+                const IdTable& pass_ids,
+                const std::vector<FlightPath>& paths,
+                const std::vector<std::string>& adjusted = {});
+/// Whether a group corrects a pass.
+[[nodiscard]] bool IsOf(const CorrectionGroup& group, const std::string& pass);
+
+/// What the column `adjusted` says where the states hold all corrections.
+inline constexpr const char* kAllAdjusted = "all";
+
+/// What BlockIds takes.
+[[nodiscard]] IdTable PassIds(const Block& block);
+
+/// The paths as the block gives them.
+[[nodiscard]] std::vector<FlightPath> NominalPaths(const Block& block);
 
 }  // namespace sarblock::files
