@@ -65,11 +65,6 @@ BlunderSize BlunderSizes::ControlSize(const ControlQuality& control) const {
   return out;
 }
 
-double PosteriorFactor(const AdjustOptions& options, const AdjustResult& result) {
-  return options.scale_by_posterior && std::isfinite(result.sigma0_squared) ? result.sigma0_squared
-                                                                            : 1.0;
-}
-
 void ScaleByPosterior(const AdjustOptions& options, AdjustResult* result) {
   const double factor = PosteriorFactor(options, *result);
   if (factor == 1.0) return;

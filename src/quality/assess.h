@@ -44,12 +44,9 @@ class BlunderSizes {
   std::vector<std::array<double, 2>> sigma_factors_;  // by pass, range and azimuth
 };
 
-/// What covariances are to be multiplied by: sigma0_squared with `scale_by_posterior`, if there is
-/// one; else 1.
-[[nodiscard]] double PosteriorFactor(const AdjustOptions& options, const AdjustResult& result);
-
-/// Multiplies by it, once, what AdjustResult::posterior_factor names: the last step of a result,
-/// for all tests are made with the standard deviations that the observations were given.
+/// Multiplies by PosteriorFactor(), once, what AdjustResult::posterior_factor names: the last step
+/// of a result, for all tests are made with the standard deviations that the observations were
+/// given.
 void ScaleByPosterior(const AdjustOptions& options, AdjustResult* result);
 
 /// At the level of one observation (ReliabilityOf).

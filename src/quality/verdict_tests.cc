@@ -131,6 +131,11 @@ double SquareLeftOut(std::size_t dropped, std::size_t looks, const AdjustResult&
   return count > most ? square_sum * most / count : square_sum;
 }
 
+double PosteriorFactor(const AdjustOptions& options, const AdjustResult& result) {
+  return options.scale_by_posterior && std::isfinite(result.sigma0_squared) ? result.sigma0_squared
+                                                                            : 1.0;
+}
+
 void FillChecks(const Block& block, const AdjustOptions& options, AdjustResult* result) {
   const double variance_factor = PosteriorFactor(options, *result);
   for (const KnownPosition& known : block.points.known) {

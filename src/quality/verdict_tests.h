@@ -38,6 +38,10 @@ namespace sarblock {
                                    std::size_t looks,
                                    const AdjustResult& result);
 
+/// What covariances are to be multiplied by: sigma0_squared with `scale_by_posterior`, if there is
+/// one; else 1.
+[[nodiscard]] double PosteriorFactor(const AdjustOptions& options, const AdjustResult& result);
+
 /// Errors of check points against their known positions.
 void FillChecks(const Block& block, const AdjustOptions& options, AdjustResult* result);
 
