@@ -318,13 +318,12 @@ void WarnOfBends(AdjustResult* result) {
     return Digits(root * root, 2);
   };
   Warn(result,
-       "standard deviations of corrections are those of linear equations, and these are not linear "
-       "so far: two of " +
+       "the equations are not linear within the standard deviations of corrections: two of " +
            parameter.owner + " " + parameter.name + " (" + Digits(parameter.sigma, 2) + " " +
            parameter.unit + " each) raise v'Pv by " + rise(2.0) + " where it grows and by " +
            rise(-2.0) +
-           " where it falls, in place of 4; fewer corrections, narrower priors or more control "
-           "determine it better. Points may be good all the same");
+           " where it falls, and by 4 if they were; fewer corrections, narrower priors or more "
+           "control determine it better. Points may be good all the same");
 }
 
 ErrorEllipse EllipseOf(const SymmetricEnu& covariance_m2, double sigma_scale) {
