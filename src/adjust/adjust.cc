@@ -25,6 +25,7 @@
 #include "model/priors.h"
 #include "needs.h"
 #include "quality/assess.h"
+#include "quality/covariance.h"
 #include "reduction/frames.h"
 #include "reduction/look_reduction.h"
 #include "selection/candidates.h"
@@ -139,6 +140,7 @@ AdjustResult Adjust(const Block& block,
       return AdjustReduced(reduced, options, pairs, progress);
     });
     ScaleByPosterior(options, &result);
+    WarnOfCurvatures(&result);
     return result;
   });
 }
@@ -156,6 +158,7 @@ AdjustResult Adjust(Block* block,
                            : AdjustInOrder(std::move(order), options, pairs, progress, block);
     });
     ScaleByPosterior(options, &result);
+    WarnOfCurvatures(&result);
     return result;
   });
 }

@@ -600,8 +600,7 @@ AdjustResult AdjustGiven(const Block& block,
       &result);
   WarnOfRounding(problem, state, &result);
   if (!floating && why_not.empty()) {
-    result.bends = BendsOfCorrections(problem, state, *system, result.parameters);
-    WarnOfBends(&result);
+    result.curvatures = CurvaturesOfCorrections(problem, state, *system, result.parameters);
   }
   const bool of_whole_block = options.covariance == CovarianceLevel::kBlock ||
                               options.covariance == CovarianceLevel::kMonteCarlo;

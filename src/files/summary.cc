@@ -114,14 +114,14 @@ Json Counts(const Block& block, const AdjustResult& result) {
   return counts;
 }
 
-Json Bends(const AdjustResult& result) {
-  Json bends = Json::array();
-  for (const CorrectionBend& bend : result.bends) {
-    const ParameterResult& parameter = result.parameters[bend.parameter];
-    bends.push_back(
-        {{"owner", parameter.owner}, {"parameter", parameter.name}, {"part", bend.part}});
+Json Curvatures(const AdjustResult& result) {
+  Json curvatures = Json::array();
+  for (const CorrectionCurvature& of : result.curvatures) {
+    const ParameterResult& parameter = result.parameters[of.parameter];
+    curvatures.push_back(
+        {{"owner", parameter.owner}, {"parameter", parameter.name}, {"curvature", of.curvature}});
   }
-  return bends;
+  return curvatures;
 }
 
 Json ChiSquare(const AdjustTable& options, const AdjustResult& result) {
@@ -245,7 +245,7 @@ std::string Summary(const Block& block,
   if (result.montecarlo) summary["montecarlo"] = MonteCarloSection(*result.montecarlo);
   summary["covariance"] = NameOfChoice("covariance", options);
   summary["condition"] = result.condition;
-  if (!result.bends.empty()) summary["nonlinearity"] = Bends(result);
+  if (!result.curvatures.empty()) summary["curvatures"] = Curvatures(result);
   if (!result.selection.empty()) summary["selection"] = Selection(result.selection);
   if (context.diagnosis) summary["diagnosis"] = DiagnosisSection(*context.diagnosis);
   summary["stages"] = Stages({&context.stages, &result.stages, &written});

@@ -45,8 +45,8 @@ struct LookEvaluation {
   /// Metres along track at the target that a unit of the azimuth measurement is: |de_d/df|, or the
   /// speed at which the look passes over it, on the corrected path without noise.
   double azimuth_unit_m = 0.0;
-  /// The same on the path without the acceleration of its corrections: what weights are formed
-  /// with. With the bends of wide splines they would follow every step, and each step the weights.
+  /// The same on the path without the acceleration of its corrections, for weights: with those of
+  /// wide splines, weights would change with every step and steps with the weights.
   double weight_unit_m = 0.0;
   bool beyond_path = false;  ///< the path was continued beyond its ends
 

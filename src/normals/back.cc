@@ -218,11 +218,6 @@ struct BackSubstitution {
   /// By the QR factors of the point, however thin its intersection.
   [[nodiscard]] PointStep StepByFactors(std::size_t point, PointFactor* factor) const {
     FactorPoint(problem, state, weighting, damping, point, factor);
-    return StepOfFactored(factor);
-  }
-
-  /// The same of a point that is factored.
-  [[nodiscard]] PointStep StepOfFactored(PointFactor* factor) const {
     for (int k = 0; k < factor->look_count; ++k) {  // the right side becomes e + J_c dx
       const WhitenedLook& look = factor->looks[static_cast<std::size_t>(k)];
       const Eigen::Vector2d along = Along(look.columns, look.row);
@@ -289,65 +284,145 @@ void AddSide(const ParameterLayout& layout,
   }
 }
 
+/// What a step leaves of the equations of a point beyond their straight line.
+class BendOfPoint {
+ public:
+  explicit BendOfPoint(const BackSubstitution& substitution)
+      : by_(substitution), stepped_(substitution.state.corrections + substitution.dx) {}
+
+  /// Of a factored point: d of its looks less what the point itself takes of it. False where there
+  /// is no step.
+  [[nodiscard]] bool Find(const PointFactor& factor, std::size_t point) {
+    Eigen::Vector3d moved = factor.gradient;  // J_p' (e + J_c dx)
+    for (int k = 0; k < factor.look_count; ++k) {
+      const WhitenedLook& look = factor.looks[static_cast<std::size_t>(k)];
+      moved += look.d_point.transpose() * by_.Along(look.columns, look.row);
+    }
+    for (int k = 0; k < factor.curved_count; ++k) {
+      const CurvedRows& rows = factor.curved[static_cast<std::size_t>(k)];
+      const Eigen::Vector2d along = by_.Along(*rows.columns, rows.row);
+      moved += rows.d_point.transpose() * rows.sign.cwiseProduct(along);
+    }
+    const Eigen::Vector3d step_m = -SolveSquare(factor, moved);
+    if (!step_m.allFinite()) return false;
+    const Eigen::Vector3d stepped_m = by_.state.displacement_m[point] + step_m;
+    Eigen::Vector3d side = Eigen::Vector3d::Zero();
+    left_.assign(static_cast<std::size_t>(factor.look_count), Eigen::Vector2d::Zero());
+    for (int k = 0; k < factor.look_count; ++k) {
+      const WhitenedLook& look = factor.looks[static_cast<std::size_t>(k)];
+      std::array<double, ParameterLayout::kMaxLocalColumns> local;
+      GatherColumns(by_.problem.layout, look.columns, stepped_, local.data());
+      const LookState after{
+          look.look, look.columns, by_.state.start_m[point], stepped_m, local.data()};
+      LookEvaluation there;
+      if (!by_.problem.model.Evaluate(after, by_.problem.weights[look.look], &there)) continue;
+      Eigen::Vector2d& left = left_[static_cast<std::size_t>(k)];
+      left = there.whitened_error - look.whitened_error - look.d_point * step_m -
+             by_.Along(look.columns, look.row);
+      side += look.d_point.transpose() * left;
+    }
+    followed_m_ = SolveSquare(factor, side);
+    if (!followed_m_.allFinite()) return false;
+    for (int k = 0; k < factor.look_count; ++k) {
+      const auto at = static_cast<std::size_t>(k);
+      left_[at] -= factor.looks[at].d_point * followed_m_;
+    }
+    return true;
+  }
+
+  [[nodiscard]] const Eigen::Vector2d& OfLook(int look) const {
+    return left_[static_cast<std::size_t>(look)];
+  }
+  /// Of rows of second derivatives, which have no error of their own.
+  [[nodiscard]] Eigen::Vector2d OfRows(const CurvedRows& rows) const {
+    return -rows.sign.cwiseProduct(rows.d_point * followed_m_);
+  }
+
+ private:
+  /// V^-1 side, V = R' R.
+  [[nodiscard]] static Eigen::Vector3d SolveSquare(const PointFactor& factor,
+                                                   const Eigen::Vector3d& side) {
+    const Eigen::Vector3d y = factor.r.triangularView<Eigen::Upper>().transpose().solve(side);
+    return factor.r.triangularView<Eigen::Upper>().solve(y);
+  }
+
+  const BackSubstitution& by_;
+  const Eigen::VectorXd stepped_;
+  std::vector<Eigen::Vector2d> left_;  // by look of the point
+  Eigen::Vector3d followed_m_ = Eigen::Vector3d::Zero();
+};
+
 }  // namespace
 
 Eigen::VectorXd BendOfStep(const AdjustmentProblem& problem,
                            const BlockState& state,
                            const Weighting& weighting,
                            double damping,
-                           const Eigen::VectorXd& dx,
-                           std::size_t every) {
+                           const Eigen::VectorXd& dx) {
   // A sum of as many numbers as there are corrections each.
   constexpr std::size_t kMaxSums = 64;
-  const std::size_t points = (problem.block.points.size() + every - 1) / every;
+  const std::size_t points = problem.block.points.size();
   const std::size_t per_sum = std::max(kPointsPerChunk, (points + kMaxSums - 1) / kMaxSums);
   std::vector<Eigen::VectorXd> sums((points + per_sum - 1) / per_sum);
   const BackSubstitution substitution{problem, state, weighting, damping, dx};
-  const Eigen::VectorXd stepped = state.corrections + dx;
   ParallelForChunks(points, per_sum, [&](std::size_t chunk, std::size_t begin, std::size_t end) {
     Eigen::VectorXd& sum = sums[chunk];
     sum.setZero(dx.size());
     PointFactor factor;
-    std::vector<Eigen::Vector2d> bend;  // by look
-    for (std::size_t k = begin; k < end; ++k) {
-      const std::size_t point = k * every;
+    BendOfPoint bend(substitution);
+    for (std::size_t point = begin; point < end; ++point) {
       if (!problem.Solves(point)) continue;
       FactorPoint(problem, state, weighting, damping, point, &factor);
-      const Eigen::Vector3d step_m = substitution.StepOfFactored(&factor).step_m;
-      if (!step_m.allFinite()) continue;
-      const Eigen::Vector3d stepped_m = state.displacement_m[point] + step_m;
-      Eigen::Vector3d side = Eigen::Vector3d::Zero();
-      bend.clear();
-      for (int i = 0; i < factor.look_count; ++i) {
-        const WhitenedLook& look = factor.looks[static_cast<std::size_t>(i)];
-        std::array<double, ParameterLayout::kMaxLocalColumns> local;
-        GatherColumns(problem.layout, look.columns, stepped, local.data());
-        const LookState after{
-            look.look, look.columns, state.start_m[point], stepped_m, local.data()};
-        LookEvaluation there;
-        bend.emplace_back(Eigen::Vector2d::Zero());
-        if (!problem.model.Evaluate(after, problem.weights[look.look], &there)) continue;
-        bend.back() = there.whitened_error - look.whitened_error - look.d_point * step_m -
-                      substitution.Along(look.columns, look.row);
-        side += look.d_point.transpose() * bend.back();
+      if (!bend.Find(factor, point)) continue;
+      for (int k = 0; k < factor.look_count; ++k) {
+        const WhitenedLook& look = factor.looks[static_cast<std::size_t>(k)];
+        AddSide(problem.layout, look.columns, look.row, bend.OfLook(k), &sum);
       }
-      const Eigen::Vector3d y = factor.r.triangularView<Eigen::Upper>().transpose().solve(side);
-      const Eigen::Vector3d followed_m = factor.r.triangularView<Eigen::Upper>().solve(y);
-      if (!followed_m.allFinite()) continue;
-      for (int i = 0; i < factor.look_count; ++i) {
-        const WhitenedLook& look = factor.looks[static_cast<std::size_t>(i)];
-        const Eigen::Vector2d left = bend[static_cast<std::size_t>(i)] - look.d_point * followed_m;
-        AddSide(problem.layout, look.columns, look.row, left, &sum);
-      }
-      for (int i = 0; i < factor.curved_count; ++i) {
-        const CurvedRows& rows = factor.curved[static_cast<std::size_t>(i)];
-        const Eigen::Vector2d left = -rows.sign.cwiseProduct(rows.d_point * followed_m);
-        AddSide(problem.layout, *rows.columns, rows.row, left, &sum);
+      for (int k = 0; k < factor.curved_count; ++k) {
+        const CurvedRows& rows = factor.curved[static_cast<std::size_t>(k)];
+        AddSide(problem.layout, *rows.columns, rows.row, bend.OfRows(rows), &sum);
       }
     }
   });
   Eigen::VectorXd out = Eigen::VectorXd::Zero(dx.size());
   for (const Eigen::VectorXd& sum : sums) out += sum;
+  return out;
+}
+
+Eigen::VectorXd BendsAlongSteps(const AdjustmentProblem& problem,
+                                const BlockState& state,
+                                const Eigen::MatrixXd& steps,
+                                const std::vector<SampledPoint>& points) {
+  constexpr std::size_t kStepsPerChunk = 4;
+  const Weighting plain;
+  const auto count = static_cast<std::size_t>(steps.cols());
+  Eigen::VectorXd out = Eigen::VectorXd::Zero(steps.cols());
+  ParallelForChunks(count, kStepsPerChunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+    PointFactor factor;
+    std::vector<Eigen::VectorXd> dx;
+    for (std::size_t k = begin; k < end; ++k) {
+      dx.emplace_back(steps.col(static_cast<Eigen::Index>(k)));
+    }
+    std::vector<BackSubstitution> substitutions;
+    substitutions.reserve(dx.size());
+    std::vector<BendOfPoint> bends;
+    for (const Eigen::VectorXd& step : dx) {
+      substitutions.push_back({problem, state, plain, 0.0, step});
+      bends.emplace_back(substitutions.back());
+    }
+    for (const auto& [point, weight] : points) {
+      FactorPoint(problem, state, plain, 0.0, point, &factor);
+      for (std::size_t k = begin; k < end; ++k) {
+        BendOfPoint& bend = bends[k - begin];
+        if (!bend.Find(factor, point)) continue;
+        for (int i = 0; i < factor.look_count; ++i) {
+          const WhitenedLook& look = factor.looks[static_cast<std::size_t>(i)];
+          out[static_cast<Eigen::Index>(k)] +=
+              weight * substitutions[k - begin].Along(look.columns, look.row).dot(bend.OfLook(i));
+        }
+      }
+    }
+  });
   return out;
 }
 

@@ -95,13 +95,24 @@ struct PointSteps {
 ///
 /// to second order half their second derivative along the step, and -S^-1 of it half the geodesic
 /// acceleration of Transtrum and Sethna (2012), arXiv:1201.5885. `dx`: step of the corrections, as
-/// many as S has rows, one at least. `every` 1: the sum over all points; else over the first and
-/// each so many-th after it. A look without a value there adds nothing.
+/// many as S has rows, one at least. A look without a value there adds nothing.
 [[nodiscard]] Eigen::VectorXd BendOfStep(const AdjustmentProblem& problem,
                                          const BlockState& state,
                                          const Weighting& weighting,
                                          double damping,
-                                         const Eigen::VectorXd& dx,
-                                         std::size_t every = 1);
+                                         const Eigen::VectorXd& dx);
+
+/// A point that stands for so many.
+struct SampledPoint {
+  std::size_t point = 0;
+  double weight = 1.0;
+};
+
+/// dx' BendOfStep() of each column dx of `steps`, undamped and without a loss, as a sum over
+/// points.
+[[nodiscard]] Eigen::VectorXd BendsAlongSteps(const AdjustmentProblem& problem,
+                                              const BlockState& state,
+                                              const Eigen::MatrixXd& steps,
+                                              const std::vector<SampledPoint>& points);
 
 }  // namespace sarblock

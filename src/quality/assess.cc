@@ -77,6 +77,8 @@ void ScaleByPosterior(const AdjustOptions& options, AdjustResult* result) {
   for (PairResult& pair : result->pairs) scale(&pair.covariance_m2);
   for (ParameterResult& parameter : result->parameters) parameter.sigma *= std::sqrt(factor);
   for (ParameterCovariance& entry : result->parameter_covariance) entry.covariance *= factor;
+  // v'Pv over the factor is (t + curvature t^2)^2 at t of the new standard deviations.
+  for (CorrectionCurvature& of : result->curvatures) of.curvature *= std::sqrt(factor);
   for (StripStation& station : result->strips) station.correction_sigma_m *= std::sqrt(factor);
   if (result->montecarlo) {
     for (std::array<double, 6>& of_point : result->montecarlo->sample_m2) scale(&of_point);

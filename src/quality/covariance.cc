@@ -247,83 +247,91 @@ double CheckFreedom(const AdjustmentProblem& problem,
 
 namespace {
 
-/// Corrections that are screened, and the points that they are screened with; those that are formed
-/// of more points, above a part that is far below one to tell of, and these points.
-constexpr std::size_t kMaxScreened = 200, kPointsToScreen = 25;
-constexpr std::size_t kMaxBends = 8, kPointsOfBends = 1000;
-constexpr double kScreened = 0.02, kBendToTell = 0.1;
+/// Corrections whose curvature is formed, points of each kind that it is formed with, and how many
+/// of the largest are kept.
+constexpr std::size_t kMaxFormed = 200, kPointsOfCurvature = 1000, kMaxCurvatures = 8;
+constexpr double kMinReported = 0.1;
+/// Length of the steps, in standard deviations.
+constexpr double kStepOfCurvature = 0.5;
 
-/// The part of one correction, of about so many points spread over the block.
-double BendOf(const AdjustmentProblem& problem,
-              const BlockState& state,
-              const ReducedSystem& system,
-              std::uint32_t parameter,
-              std::size_t about_points) {
-  const std::size_t points = problem.block.points.size();
-  const std::size_t every = std::max<std::size_t>(1, points / about_points);
-  const std::size_t taken = (points + every - 1) / every;
-  const auto k = static_cast<Eigen::Index>(parameter);
-  Eigen::VectorXd dx = system.SolveFor(Eigen::VectorXd::Unit(system.rows(), k));
-  dx /= std::sqrt(dx[k]);
-  return dx.dot(BendOfStep(problem, state, {}, 0.0, dx, every)) *
-         (static_cast<double>(points) / static_cast<double>(taken));
-}
-
-void SortBends(std::vector<CorrectionBend>* bends) {
-  std::stable_sort(
-      bends->begin(), bends->end(), [](const CorrectionBend& a, const CorrectionBend& b) {
-        return std::abs(a.part) > std::abs(b.part);
-      });
+/// About kPointsOfCurvature of these points, each for as many: spread over them without a period.
+void AddSample(const std::vector<std::size_t>& points, std::vector<SampledPoint>* sample) {
+  constexpr double kGolden = 0.6180339887498949;
+  const std::size_t count = std::min(points.size(), kPointsOfCurvature);
+  const double each = static_cast<double>(points.size()) / static_cast<double>(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double part = kGolden * static_cast<double>(i);
+    const double place = (static_cast<double>(i) + part - std::floor(part)) * each;
+    const std::size_t at = each > 1.0 ? static_cast<std::size_t>(place) : i;
+    sample->push_back({points[std::min(at, points.size() - 1)], each});
+  }
 }
 
 }  // namespace
 
-std::vector<CorrectionBend> BendsOfCorrections(const AdjustmentProblem& problem,
-                                               const BlockState& state,
-                                               const ReducedSystem& system,
-                                               const std::vector<ParameterResult>& parameters) {
-  // How much of what is known of it with all others known they leave.
+std::vector<CorrectionCurvature> CurvaturesOfCorrections(
+    const AdjustmentProblem& problem,
+    const BlockState& state,
+    const ReducedSystem& system,
+    const std::vector<ParameterResult>& parameters) {
+  // Standard deviation over that with all other unknowns known.
   const auto dilution = [&](std::uint32_t k) {
     return parameters[k].sigma * std::sqrt(system.full_diagonal()[static_cast<Eigen::Index>(k)]);
   };
-  std::vector<std::uint32_t> screened;
+  std::vector<std::uint32_t> formed;
   for (std::uint32_t k = 0; k < parameters.size(); ++k) {
-    if (std::isfinite(dilution(k))) screened.push_back(k);
+    if (std::isfinite(dilution(k))) formed.push_back(k);
   }
-  std::stable_sort(screened.begin(), screened.end(), [&](std::uint32_t a, std::uint32_t b) {
+  std::stable_sort(formed.begin(), formed.end(), [&](std::uint32_t a, std::uint32_t b) {
     return dilution(a) > dilution(b);
   });
-  screened.resize(std::min(screened.size(), kMaxScreened));
-  std::vector<CorrectionBend> out;
-  for (const std::uint32_t k : screened) {
-    const double part = BendOf(problem, state, system, k, kPointsToScreen);
-    if (std::isfinite(part)) out.push_back({k, part});
+  formed.resize(std::min(formed.size(), kMaxFormed));
+  if (formed.empty()) return {};
+
+  Eigen::MatrixXd steps =
+      Eigen::MatrixXd::Zero(system.rows(), static_cast<Eigen::Index>(formed.size()));
+  for (std::size_t i = 0; i < formed.size(); ++i) {
+    steps(static_cast<Eigen::Index>(formed[i]), static_cast<Eigen::Index>(i)) = 1.0;
   }
-  SortBends(&out);
-  out.resize(std::min(out.size(), kMaxBends));
-  for (CorrectionBend& bend : out) {
-    if (std::abs(bend.part) < kScreened) continue;
-    bend.part = BendOf(problem, state, system, bend.parameter, kPointsOfBends);
+  steps = system.SolveFor(steps);
+  for (std::size_t i = 0; i < formed.size(); ++i) {
+    auto step = steps.col(static_cast<Eigen::Index>(i));
+    step *= kStepOfCurvature / std::sqrt(step[static_cast<Eigen::Index>(formed[i])]);
   }
-  SortBends(&out);
+  std::vector<std::size_t> control, others;
+  for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
+    if (problem.Solves(point)) (problem.control_of[point] >= 0 ? control : others).push_back(point);
+  }
+  std::vector<SampledPoint> sample;
+  AddSample(control, &sample);
+  AddSample(others, &sample);
+  const Eigen::VectorXd along = BendsAlongSteps(problem, state, steps, sample);
+  std::vector<CorrectionCurvature> out;
+  for (std::size_t i = 0; i < formed.size(); ++i) {
+    // x'd of a step of one standard deviation: x is linear in its length, d quadratic.
+    const double curvature = along[static_cast<Eigen::Index>(i)] / std::pow(kStepOfCurvature, 3);
+    if (std::isfinite(curvature)) out.push_back({formed[i], curvature});
+  }
+  std::stable_sort(
+      out.begin(), out.end(), [](const CorrectionCurvature& a, const CorrectionCurvature& b) {
+        return std::abs(a.curvature) > std::abs(b.curvature);
+      });
+  out.resize(std::min(out.size(), kMaxCurvatures));
   return out;
 }
 
-void WarnOfBends(AdjustResult* result) {
-  if (result->bends.empty() || std::abs(result->bends.front().part) < kBendToTell) return;
-  const CorrectionBend& worst = result->bends.front();
+void WarnOfCurvatures(AdjustResult* result) {
+  if (result->curvatures.empty()) return;
+  const CorrectionCurvature& worst = result->curvatures.front();
+  if (std::abs(worst.curvature) < kMinReported) return;
   const ParameterResult& parameter = result->parameters[worst.parameter];
-  const auto rise = [&](double t) {
-    const double root = t + worst.part * t * t;
-    return Digits(root * root, 2);
-  };
   Warn(result,
-       "the equations are not linear within the standard deviations of corrections: two of " +
-           parameter.owner + " " + parameter.name + " (" + Digits(parameter.sigma, 2) + " " +
-           parameter.unit + " each) raise v'Pv by " + rise(2.0) + " where it grows and by " +
-           rise(-2.0) +
-           " where it falls, and by 4 if they were; fewer corrections, narrower priors or more "
-           "control determine it better. Points may be good all the same");
+       "the equations are not linear within the standard deviation of " + parameter.owner + " " +
+           parameter.name + " (" + Digits(parameter.sigma, 2) + " " + parameter.unit +
+           "): its curvature is " + Digits(worst.curvature, 2) +
+           ", and 0.1 already moves a limit of 95 % by a third. Standard deviations of corrections "
+           "are not reliable here, those of points may be; fewer corrections, narrower priors or "
+           "more control determine it better");
 }
 
 ErrorEllipse EllipseOf(const SymmetricEnu& covariance_m2, double sigma_scale) {

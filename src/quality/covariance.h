@@ -58,16 +58,18 @@ inline constexpr std::size_t kMaxCheckPoints = 300;
     const BlockState& state,
     const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs);
 
-/// AdjustResult::bends: of up to 200 corrections, those first that the others leave least of, by 25
-/// points spread over the block; the largest again by a thousand.
-[[nodiscard]] std::vector<CorrectionBend> BendsOfCorrections(
+/// AdjustResult::curvatures: of all corrections, of more than 200 those with the largest ratio of
+/// the standard deviation to that with all other unknowns known. With all points, of more than
+/// 1,000 control points or other points with a sample of 1,000.
+[[nodiscard]] std::vector<CorrectionCurvature> CurvaturesOfCorrections(
     const AdjustmentProblem& problem,
     const BlockState& state,
     const ReducedSystem& system,
     const std::vector<ParameterResult>& parameters);
 
-/// A warning where one is above a tenth: limits of 95 percent are then a third off.
-void WarnOfBends(AdjustResult* result);
+/// A warning where one is 0.1 or more: limits of 95 % are then 1.7 and 2.7 standard deviations, not
+/// 1.96. After standard deviations have their last factor (ScaleByPosterior).
+void WarnOfCurvatures(AdjustResult* result);
 
 /// The horizontal error ellipse of a point: half axes, and the direction of the longer one
 /// clockwise from north, in [0, pi).

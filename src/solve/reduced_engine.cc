@@ -73,8 +73,8 @@ constexpr double kWeightsFollow = 0.1;
 constexpr double kWeightsKept = 1e-6;
 /// A step below this is near enough to its end to be left alone where nothing shrinks any more.
 constexpr double kSettledAnyway = 1e-6;
-/// A step must take this part of what it promises off the cost. One that keeps so much of it needed
-/// less damping.
+/// A step must take this part of what it promises off the cost. One that achieves the second part
+/// could have been damped less.
 constexpr double kMinGain = 0.1;
 constexpr double kKept = 0.75;
 /// Newton decrement, in sigmas over all unknowns, from which on second derivatives are taken into
@@ -216,6 +216,7 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     return report;
   }
   int refused_in_turn = 0;
+  bool kept_promise = false;
   bool slow = false;
   bool bends = false;
   const bool least_squares = weighting.loss == RobustLoss::kNone;
@@ -304,7 +305,8 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     }
     next.start_m.swap(state->start_m);
     // What was just found to be too little is not tried again at once.
-    const double lower = refused_in_turn > 0 ? damping : 0.1 * damping;
+    const double part = kept_promise ? 0.01 : 0.1;
+    const double lower = refused_in_turn > 0 ? damping : part * damping;
     const double next_damping = options.undamped ? 0.0 : std::max(kMinDamping, lower);
     // Weights follow steps that shrink by themselves, and whole ones near the end. Else costs are
     // compared at the same weights.
@@ -331,8 +333,8 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       state->corrections = next.corrections;
       report.final_cost = system.cost();
       report.formed_at_state = !there.curved;
-      const bool needed = options.undamped || refused_in_turn > 0 || gain < kKept * predicted;
-      damping = needed ? next_damping : std::max(kMinDamping, 0.1 * next_damping);
+      damping = next_damping;
+      kept_promise = refused_in_turn == 0 && gain >= kKept * predicted;
       slow = (slow && !curved) || there.decrement > kSlow * left;
       contraction = there.decrement / left;
       bends = can_bend && (slow || bend_part > kStraight);
@@ -343,6 +345,7 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       continue;
     }
     plain = was_plain;
+    kept_promise = false;
     report.formed_at_state = false;
     if (system.looks_not_evaluated() > 0) ++refused;
     ++refused_in_turn;

@@ -87,8 +87,8 @@ constexpr double kWeightsSettled = 1e-3;
 /// Newton decrement, in sigmas over all unknowns together, at which a solver without a loss hands
 /// over to the finishing Newton steps; they start from up to ten times as much.
 constexpr double kApproached = 1.0;
-/// The same of the first damped solution after finishing steps were refused: second derivatives are
-/// in use from there on. Later ones go to the end.
+/// The same of the damped solution of the second round; whole steps are then tried again. Later
+/// rounds go to the end.
 constexpr double kNearEnough = 0.1;
 /// Of a step of the anchors, that a time bias may go beyond where its looks are read: at first, and
 /// once they were read near the solution.
@@ -218,7 +218,7 @@ SolveReport SolveRounds(const Weighting& weighting,
       const double slack = round == 0 ? kAnchorSlack : kLateAnchorSlack;
       if (problem->model.Anchor(state->corrections, slack)) continue;
       if (finished || round > 1) break;
-      continue;  // a damped solution to the end
+      continue;
     }
     const double change = UpdateWeights(*state, problem);
     if (!total.converged) break;

@@ -208,7 +208,7 @@ struct LookAt {
   std::array<Vec<T>, 2> d_point;
   std::array<std::vector<T>, 2> by_column;  ///< the look's local columns (look_model.h)
   T range_rate, cone_rate;  ///< by the azimuth measurement, time or Doppler, at a fixed point
-  T along_rate;             ///< of the target, along the cone axis, by a measured time; of weights
+  T along_rate;  ///< of the target along the cone axis, by a measured time, as weights use it
 };
 
 template <typename T>

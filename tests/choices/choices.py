@@ -22,7 +22,7 @@ fitted by least squares in the terms of the choice.
 
 Printed are a line per adjustment (verdict, largest error over its prior, what the terms leave, s0^2, mean normalised
 square of the points' true errors, iterations, first cause), a table of the four kinds, and how far points and time biases are off
-where the program warns that equations bend within standard deviations and where it does not; FOLDER/choices.json has the same. Seed 0 is that of the scene. Python 3.9 and numpy. Not a test of its own: it measures how often, in minutes;
+where the program warns of curvature and where it does not; FOLDER/choices.json has the same. Seed 0 is that of the scene. Python 3.9 and numpy. Not a test of its own: it measures how often, in minutes;
 tests/diagnose/choices_test.cc holds a part of it."""
 import argparse
 import collections
@@ -47,7 +47,7 @@ BIASES = {"some": (1, *SPLINES), "all": TERMS + PROCESSES}
 RECORDED = "airborne-turbulent downlink-orbit sparse-orbit uav".split()
 PRIORS_M = (10, 100, 1000)
 TIGHT, LEFT_M = 3.0, 0.3
-BEND_TOLD = 0.1  # from which on the program warns
+CURVATURE_WARNED = 0.1  # from which on the program warns
 CAUSES = {"missing": {"model.missing"}, "tight": {"model.priors"}, "degree": {"model.degree", "model.knots"}, "holds": set()}
 
 
@@ -221,7 +221,7 @@ def run(program, folder, result, *options):
     if not cause and reasons and reasons[0].startswith("priors: the observations contradict"):
         cause = "model.priors"
     return {"verdict": summary["verdict"], "cause": cause, "reason": reasons[0] if reasons else "",
-            "bend": max((abs(bend["part"]) for bend in summary.get("nonlinearity", [])), default=0.0),
+            "curvature": max((abs(of["curvature"]) for of in summary.get("curvatures", [])), default=0.0),
             "sigma0_squared": summary["sigma0_squared"], "iterations": summary["iterations"],
             "converged": not any(reason.startswith("not converged") for reason in reasons)}
 
@@ -259,14 +259,15 @@ def report(results):
         print(f"{kind:9}{len(of):7}{accepted:10}{sum(not result.get('converged', True) for result in of):15}{right:19}"
               f"{sum(n > 12 for n in iterations):21}{max(iterations, default=0):6}")
     for scene in dict.fromkeys(result["scene"] for result in results):
-        for told in (False, True):
-            of = [result for result in results if result["scene"] == scene and (result.get("bend", 0.0) >= BEND_TOLD) == told]
-            biases = np.array([bias for result in of for bias in result.get("time_biases", [])])
-            squares = [result["normalised_square"] for result in of if result["kind"] == "holds" and "normalised_square" in result]
-            if not squares:
+        for warned in (False, True):
+            of = [result for result in results if result["scene"] == scene and result["kind"] == "holds"
+                  and "normalised_square" in result and (result["curvature"] >= CURVATURE_WARNED) == warned]
+            if not of:
                 continue
-            print(f"{scene}, {'told' if told else 'not told'} that equations bend: {len(squares)} good blocks, normalised square "
-                  f"{np.mean(squares):.2f}, {max(squares):.2f} at most, {sum(r.get('iterations', 0) > 12 for r in of)} above 12 iterations"
+            squares = [result["normalised_square"] for result in of]
+            biases = np.array([bias for result in of for bias in result.get("time_biases", [])])
+            print(f"{scene}, {'warned of' if warned else 'without a warning of'} curvature: {len(of)} good blocks, normalised square "
+                  f"{np.mean(squares):.2f}, {max(squares):.2f} at most, {sum(result['iterations'] > 12 for result in of)} above 12 iterations"
                   + (f"; {len(biases)} time biases, {np.sqrt(np.mean(biases ** 2)):.2f} of their standard deviations off (rms), "
                      f"{np.abs(biases).max():.2f} at most" if len(biases) else ""))
     compared = [result for result in results if "ceres" in result]

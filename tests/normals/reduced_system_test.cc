@@ -222,6 +222,15 @@ TEST(BendOfStepTest, GivesTheDenseStepAgainstWhatAStepLeaves) {
     const Eigen::VectorXd bend = -system.SolveFor(BendOfStep(problem, state, {}, 0.0, dx));
     EXPECT_GT(expected.norm(), 1e-3 * dx.norm());
     EXPECT_LT((bend - expected).norm(), 1e-8 * expected.norm());
+    // Along the step itself, by the dense residuals: points take their part first.
+    const Eigen::MatrixXd of_points = here.jacobian.leftCols(here.jacobian.cols() - dx.size());
+    const Eigen::VectorXd kept = left - of_points * of_points.householderQr().solve(left);
+    const double along = (here.jacobian.rightCols(dx.size()) * dx).dot(kept);
+    std::vector<SampledPoint> all;
+    for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
+      if (problem.Solves(point)) all.push_back({point, 1.0});
+    }
+    EXPECT_NEAR(BendsAlongSteps(problem, state, dx, all)[0], along, 1e-8 * std::abs(along));
   }
 }
 

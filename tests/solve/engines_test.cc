@@ -6,11 +6,13 @@
 #include "sarblock/model/result.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <string>
 #include <vector>
 
+#include "normals/back.h"
 #include "normals/point.h"
 #include "normals/reduced_system.h"
 #include "solve/ceres_engine.h"
@@ -238,18 +240,29 @@ TEST(RecordedEnginesTest, KnowHowWellTheyKnowTimeBiases) {
 }
 
 // Second route: v'Pv where the correction is held beside its solution, by a prior of a millionth of
-// its standard deviation, and all others and the points are solved anew.
-TEST(RecordedEnginesTest, BendAsSolutionsWithACorrectionHeldDo) {
-  const SceneBlock made = test::SimulatedSceneBlock("scenes/recorded", "uav", {"points.count=150"});
+// its standard deviation, and all others and the points are solved anew. On a block whose
+// curvatures are moderate: where one is larger, third order counts in all. It does in a bias that
+// lies between its two minima as well, which is less than a standard deviation off.
+TEST(CurvatureTest, IsThatOfSolutionsWithACorrectionHeld) {
+  const SceneBlock made =
+      test::SimulatedSceneBlock("scenes/recorded", "uav", {"points.count=250", "seed=5"});
   const AdjustOptions options = Biased(made, 1);
   const AdjustResult result = Adjust(made.block, options);
   ASSERT_TRUE(result.usable());
-  ASSERT_EQ(result.bends.size(), 8U);
-  for (const CorrectionBend& bend : result.bends) {
-    const ParameterResult& correction = result.parameters[bend.parameter];
+  ASSERT_EQ(result.curvatures.size(), 8U);
+  ASSERT_GT(std::abs(result.curvatures.front().curvature), 0.1);
+  int compared = 0;
+  for (const CorrectionCurvature& of : result.curvatures) {
+    const ParameterResult& correction = result.parameters[of.parameter];
+    if (correction.significance() < 1.0) continue;
+    ++compared;
     SCOPED_TRACE(correction.owner + " " + correction.name);
-    const auto k = static_cast<Eigen::Index>(bend.parameter);
-    for (const double t : {-0.5, 0.5}) {
+    const auto k = static_cast<Eigen::Index>(of.parameter);
+    // (t + c t^2)^2 / t^2 = 1 + 2 c t + c^2 t^2 of both sides.
+    std::array<double, 2> rise{};
+    constexpr double kT = 0.4;
+    for (const std::size_t side : {0U, 1U}) {
+      const double t = side == 0 ? -kT : kT;
       AdjustmentProblem problem(made.block, options.groups);
       BlockState state = ComputeStartValues(&problem, nullptr).state;
       ASSERT_TRUE(SolveRounds({}, options, &problem, &state, nullptr).converged);
@@ -260,7 +273,7 @@ TEST(RecordedEnginesTest, BendAsSolutionsWithACorrectionHeldDo) {
       const double sigma = std::sqrt(along[k]);
       EXPECT_NEAR(sigma, correction.sigma, 1e-3 * sigma);
       state.corrections += t / sigma * along;
-      Parameter& held = problem.layout.parameters[bend.parameter];
+      Parameter& held = problem.layout.parameters[of.parameter];
       const double own_prior = state.corrections[k] / held.prior_sigma;
       held.prior_value = state.corrections[k];
       held.prior_sigma = 1e-6 * sigma;
@@ -268,41 +281,85 @@ TEST(RecordedEnginesTest, BendAsSolutionsWithACorrectionHeldDo) {
       to_the_end.settle_below = 1e-7;
       const SolveReport report = SolveReduced(problem, {}, to_the_end, &state, nullptr);
       ASSERT_TRUE(report.converged) << report.message;
-      const double rise = 2.0 * (report.final_cost - system.cost()) + own_prior * own_prior;
-      const double root = t + bend.part * t * t;
-      EXPECT_NEAR(rise / (t * t), root * root / (t * t), 0.05) << bend.part << " " << t;
+      rise[side] = (2.0 * (report.final_cost - system.cost()) + own_prior * own_prior) / (kT * kT);
     }
+    const double found = (rise[1] - rise[0]) / (4.0 * kT);
+    EXPECT_NEAR(of.curvature, found, 0.3 * std::abs(found));
   }
+  EXPECT_EQ(compared, 6);
 }
 
-// A block whose time biases are off by more than chance explains says that its equations bend.
-TEST(RecordedEnginesTest, SayWhereStandardDeviationsDoNotHold) {
-  int off = 0;
-  for (int seed = 1; seed <= 6; ++seed) {
+// Closed form: of a bias that v'Pv depends on by its square alone, z standard deviations off.
+TEST(CurvatureTest, IsHalfOneOverTheDistanceOfABiasThatIsObservedByItsSquare) {
+  int compared = 0;
+  for (int seed = 1; seed <= 8; ++seed) {
     const SceneBlock made = test::SimulatedSceneBlock(
         "scenes/recorded", "uav", {"points.count=250", "seed=" + std::to_string(seed)});
     const AdjustResult result = Adjust(made.block, Biased(made, 1));
-    double largest = 0.0;
-    for (const ParameterResult& correction : result.parameters) {
-      if (correction.name == "time.bias") largest = std::max(largest, correction.significance());
+    ASSERT_TRUE(result.usable());
+    if (std::abs(result.curvatures.front().curvature) > 0.3) continue;  // third order counts
+    for (const CorrectionCurvature& of : result.curvatures) {
+      const ParameterResult& correction = result.parameters[of.parameter];
+      if (correction.name != "time.bias" || correction.significance() < 2.0) continue;
+      ++compared;
+      EXPECT_NEAR(std::abs(of.curvature) * correction.significance(), 0.5, 0.15)
+          << seed << " " << correction.owner << " " << correction.significance();
+      EXPECT_GT(of.curvature * correction.value, 0.0);
+      EXPECT_THAT(result.warnings, testing::Contains(testing::HasSubstr("are not linear within")));
     }
-    if (largest < 3.0) continue;
-    ++off;
-    ASSERT_FALSE(result.bends.empty());
-    EXPECT_GT(std::abs(result.bends.front().part), 0.1);
-    EXPECT_THAT(result.warnings, testing::Contains(testing::HasSubstr("not linear within")));
   }
-  EXPECT_GT(off, 0);
+  EXPECT_GE(compared, 5);
 }
 
 // As they are shipped, the scenes of recorded orbits have corrections that their control
 // determines.
-TEST(RecordedEnginesTest, DoNotSayItOfBlocksThatAreLinear) {
+TEST(CurvatureTest, IsSmallWhereControlDeterminesCorrections) {
   for (const std::string name : {"downlink-orbit", "sparse-orbit"}) {
     const SceneBlock made = test::SimulatedSceneBlock("scenes/recorded", name, {});
     const AdjustResult result = Adjust(made.block, made.options);
-    ASSERT_FALSE(result.bends.empty());
-    EXPECT_LT(std::abs(result.bends.front().part), 0.01);
+    ASSERT_FALSE(result.curvatures.empty());
+    EXPECT_LT(std::abs(result.curvatures.front().curvature), 0.01);
+    EXPECT_THAT(result.warnings,
+                testing::Not(testing::Contains(testing::HasSubstr("are not linear within"))));
+  }
+}
+
+// Definition: v'Pv over s0^2, at standard deviations that are scaled by s0.
+TEST(CurvatureTest, FollowsStandardDeviationsThatAreScaled) {
+  const SceneBlock made = test::SimulatedSceneBlock("scenes/recorded", "uav", {"points.count=150"});
+  AdjustOptions options = Biased(made, 1);
+  const AdjustResult plain = Adjust(made.block, options);
+  options.scale_by_posterior = true;
+  const AdjustResult scaled = Adjust(made.block, options);
+  ASSERT_NE(scaled.posterior_factor, 1.0);
+  ASSERT_EQ(scaled.curvatures.size(), plain.curvatures.size());
+  for (std::size_t i = 0; i < plain.curvatures.size(); ++i) {
+    EXPECT_NEAR(scaled.curvatures[i].curvature,
+                std::sqrt(scaled.posterior_factor) * plain.curvatures[i].curvature,
+                1e-6);
+  }
+}
+
+// A sample of many points, control points all: against the sum over all of them.
+TEST(CurvatureTest, OfASampleIsThatOfAllPoints) {
+  const SceneBlock made =
+      test::SimulatedSceneBlock("scenes/recorded", "uav", {"points.count=3000"});
+  const AdjustOptions options = Biased(made, 1);
+  const AdjustResult result = Adjust(made.block, options);
+  ASSERT_TRUE(result.usable());
+  AdjustmentProblem problem(made.block, options.groups);
+  BlockState state = ComputeStartValues(&problem, nullptr).state;
+  ASSERT_TRUE(SolveRounds({}, options, &problem, &state, nullptr).converged);
+  ReducedSystem system(problem);
+  system.Form(state, {}, nullptr);
+  ASSERT_TRUE(system.FactorDamped());
+  for (const CorrectionCurvature& of : result.curvatures) {
+    SCOPED_TRACE(result.parameters[of.parameter].owner + result.parameters[of.parameter].name);
+    const auto k = static_cast<Eigen::Index>(of.parameter);
+    Eigen::VectorXd step = system.SolveFor(Eigen::VectorXd::Unit(system.rows(), k));
+    step *= 0.5 / std::sqrt(step[k]);
+    const double of_all = step.dot(BendOfStep(problem, state, {}, 0.0, step)) / 0.125;
+    EXPECT_NEAR(of.curvature, of_all, 0.01 + 0.3 * std::abs(of_all));
   }
 }
 

@@ -404,15 +404,15 @@ struct ParameterResult {
 };
 
 /// How far the standard deviation of a correction k holds. Where it is moved by t of them and all
-/// others follow, to second order,
+/// others follow,
 ///
-///     v'Pv - its minimum = (t + part t^2)^2
+///     v'Pv - its minimum = (t + curvature t^2)^2
 ///
-/// `part` is 0 where the equations are linear (parameter-effects curvature, Bates and Watts 1980;
-/// docs/theory/quality.md).
-struct CorrectionBend {
+/// but for residuals times second derivatives and what is of third order: 0 where the equations are
+/// linear (docs/theory/quality.md, eq. (17a)).
+struct CorrectionCurvature {
   std::uint32_t parameter = 0;  ///< index into AdjustResult::parameters
-  double part = 0.0;
+  double curvature = 0.0;       ///< [1]
 };
 
 /// A joint prior of one pass as it took part, in the axes of its corrections.
@@ -626,9 +626,9 @@ struct AdjustResult {
   Interval chi_square;  ///< acceptance interval of sigma0_squared * test_redundancy
   bool chi_square_passed = false;
   double condition = std::numeric_limits<double>::quiet_NaN();  ///< of the scaled reduced matrix
-  /// The eight corrections with the largest |part|, the largest first; empty where there are no
-  /// standard deviations of corrections. From a sample of the points: below 0.02 of a few.
-  std::vector<CorrectionBend> bends;
+  /// The eight corrections with the largest |curvature|, the largest first. Empty without standard
+  /// deviations of corrections, in an inner datum, where not converged, and in predictions.
+  std::vector<CorrectionCurvature> curvatures;
   std::vector<StageCost> stages;
   SelectionReport selection;  ///< of `corrections = "auto"`, else empty
   std::vector<std::string> warnings;
