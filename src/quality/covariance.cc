@@ -247,17 +247,21 @@ double CheckFreedom(const AdjustmentProblem& problem,
 
 namespace {
 
-/// Corrections whose curvature is formed, points of each kind that it is formed with, and how many
-/// of the largest are kept.
-constexpr std::size_t kMaxFormed = 200, kPointsOfCurvature = 1000, kMaxCurvatures = 8;
-constexpr double kMinReported = 0.1;
+/// Corrections whose curvature is formed, and how many of the largest are kept.
+constexpr std::size_t kMaxFormed = 200, kMaxCurvatures = 8;
+/// Control points and other points that it is formed with: few, and many where a curvature of
+/// kMinRefined or more was found with few.
+constexpr std::size_t kFewPoints = 100, kManyPoints = 1000;
+constexpr double kMinRefined = 0.01, kMinReported = 0.1;
 /// Length of the steps, in standard deviations.
 constexpr double kStepOfCurvature = 0.5;
 
-/// About kPointsOfCurvature of these points, each for as many: spread over them without a period.
-void AddSample(const std::vector<std::size_t>& points, std::vector<SampledPoint>* sample) {
+/// So many of these points at most, each for as many: spread over them without a period.
+void AddSample(const std::vector<std::size_t>& points,
+               std::size_t most,
+               std::vector<SampledPoint>* sample) {
   constexpr double kGolden = 0.6180339887498949;
-  const std::size_t count = std::min(points.size(), kPointsOfCurvature);
+  const std::size_t count = std::min(points.size(), most);
   const double each = static_cast<double>(points.size()) / static_cast<double>(count);
   for (std::size_t i = 0; i < count; ++i) {
     const double part = kGolden * static_cast<double>(i);
@@ -302,14 +306,21 @@ std::vector<CorrectionCurvature> CurvaturesOfCorrections(
   for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
     if (problem.Solves(point)) (problem.control_of[point] >= 0 ? control : others).push_back(point);
   }
-  std::vector<SampledPoint> sample;
-  AddSample(control, &sample);
-  AddSample(others, &sample);
-  const Eigen::VectorXd along = BendsAlongSteps(problem, state, steps, sample);
+  // x'd of a step of one standard deviation: x is linear in its length, d quadratic.
+  const auto curvatures_of = [&](std::size_t most) {
+    std::vector<SampledPoint> sample;
+    AddSample(control, most, &sample);
+    AddSample(others, most, &sample);
+    return Eigen::VectorXd(BendsAlongSteps(problem, state, steps, sample) /
+                           std::pow(kStepOfCurvature, 3));
+  };
+  Eigen::VectorXd curvatures = curvatures_of(kFewPoints);
+  if (!(curvatures.cwiseAbs().maxCoeff() < kMinRefined)) {
+    curvatures = curvatures_of(kManyPoints);
+  }
   std::vector<CorrectionCurvature> out;
   for (std::size_t i = 0; i < formed.size(); ++i) {
-    // x'd of a step of one standard deviation: x is linear in its length, d quadratic.
-    const double curvature = along[static_cast<Eigen::Index>(i)] / std::pow(kStepOfCurvature, 3);
+    const double curvature = curvatures[static_cast<Eigen::Index>(i)];
     if (std::isfinite(curvature)) out.push_back({formed[i], curvature});
   }
   std::stable_sort(

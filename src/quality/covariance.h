@@ -59,8 +59,8 @@ inline constexpr std::size_t kMaxCheckPoints = 300;
     const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs);
 
 /// AdjustResult::curvatures: of all corrections, of more than 200 those with the largest ratio of
-/// the standard deviation to that with all other unknowns known. With all points, of more than
-/// 1,000 control points or other points with a sample of 1,000.
+/// the standard deviation to that with all other unknowns known. By 100 control points and 100
+/// others at most, and by 1,000 of each where one is then 0.01 or more.
 [[nodiscard]] std::vector<CorrectionCurvature> CurvaturesOfCorrections(
     const AdjustmentProblem& problem,
     const BlockState& state,
