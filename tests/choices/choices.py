@@ -22,7 +22,8 @@ fitted by least squares in the terms of the choice.
 
 Printed are a line per adjustment (verdict, largest error over its prior, what the terms leave, s0^2, mean normalised
 square of the points' true errors, iterations, first cause), a table of the four kinds, and how far points and time biases are off
-where the program warns of curvature and where it does not; FOLDER/choices.json has the same. Seed 0 is that of the scene. Python 3.9 and numpy. Not a test of its own: it measures how often, in minutes;
+where the program warns of curvature and where it does not; FOLDER/choices.json has the same. Seed 0 is that of the
+scene. Python 3.9 and numpy. Not a test of its own: it measures how often, in minutes;
 tests/diagnose/choices_test.cc holds a part of it."""
 import argparse
 import collections

@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -239,6 +240,25 @@ TEST(RecordedEnginesTest, KnowHowWellTheyKnowTimeBiases) {
   EXPECT_LT(square, 62.5);
 }
 
+/// A block solved by least squares, its normal equations without damping, and steps of corrections.
+struct Formed {
+  Formed(const SceneBlock& made, const AdjustOptions& options)
+      : problem(made.block, options.groups), state(ComputeStartValues(&problem, nullptr).state) {
+    EXPECT_TRUE(SolveRounds({}, options, &problem, &state, nullptr).converged);
+    system.emplace(problem);
+    system->Form(state, {}, nullptr);
+    EXPECT_TRUE(system->FactorDamped());
+  }
+  /// Moves correction k by so many standard deviations, the others to where they then fit best.
+  [[nodiscard]] Eigen::VectorXd StepAlong(Eigen::Index k, double deviations) const {
+    const Eigen::VectorXd along = system->SolveFor(Eigen::VectorXd::Unit(system->rows(), k));
+    return deviations / std::sqrt(along[k]) * along;
+  }
+  AdjustmentProblem problem;
+  BlockState state;
+  std::optional<ReducedSystem> system;
+};
+
 // Second route: v'Pv where the correction is held beside its solution, by a prior of a millionth of
 // its standard deviation, and all others and the points are solved anew. On a block whose
 // curvatures are moderate: where one is larger, third order counts in all. It does in a bias that
@@ -263,25 +283,20 @@ TEST(CurvatureTest, IsThatOfSolutionsWithACorrectionHeld) {
     constexpr double kT = 0.4;
     for (const std::size_t side : {0U, 1U}) {
       const double t = side == 0 ? -kT : kT;
-      AdjustmentProblem problem(made.block, options.groups);
-      BlockState state = ComputeStartValues(&problem, nullptr).state;
-      ASSERT_TRUE(SolveRounds({}, options, &problem, &state, nullptr).converged);
-      ReducedSystem system(problem);
-      system.Form(state, {}, nullptr);
-      ASSERT_TRUE(system.FactorDamped());
-      const Eigen::VectorXd along = system.SolveFor(Eigen::VectorXd::Unit(system.rows(), k));
-      const double sigma = std::sqrt(along[k]);
-      EXPECT_NEAR(sigma, correction.sigma, 1e-3 * sigma);
-      state.corrections += t / sigma * along;
-      Parameter& held = problem.layout.parameters[of.parameter];
-      const double own_prior = state.corrections[k] / held.prior_sigma;
-      held.prior_value = state.corrections[k];
-      held.prior_sigma = 1e-6 * sigma;
+      Formed at(made, options);
+      const Eigen::VectorXd step = at.StepAlong(k, t);
+      EXPECT_NEAR(step[k] / t, correction.sigma, 1e-3 * correction.sigma);
+      at.state.corrections += step;
+      Parameter& held = at.problem.layout.parameters[of.parameter];
+      const double own_prior = at.state.corrections[k] / held.prior_sigma;
+      held.prior_value = at.state.corrections[k];
+      held.prior_sigma = 1e-6 * correction.sigma;
       SolveOptions to_the_end;
       to_the_end.settle_below = 1e-7;
-      const SolveReport report = SolveReduced(problem, {}, to_the_end, &state, nullptr);
+      const SolveReport report = SolveReduced(at.problem, {}, to_the_end, &at.state, nullptr);
       ASSERT_TRUE(report.converged) << report.message;
-      rise[side] = (2.0 * (report.final_cost - system.cost()) + own_prior * own_prior) / (kT * kT);
+      rise[side] =
+          (2.0 * (report.final_cost - at.system->cost()) + own_prior * own_prior) / (kT * kT);
     }
     const double found = (rise[1] - rise[0]) / (4.0 * kT);
     EXPECT_NEAR(of.curvature, found, 0.3 * std::abs(found));
@@ -347,18 +362,12 @@ TEST(CurvatureTest, OfASampleIsThatOfAllPoints) {
   const AdjustOptions options = Biased(made, 1);
   const AdjustResult result = Adjust(made.block, options);
   ASSERT_TRUE(result.usable());
-  AdjustmentProblem problem(made.block, options.groups);
-  BlockState state = ComputeStartValues(&problem, nullptr).state;
-  ASSERT_TRUE(SolveRounds({}, options, &problem, &state, nullptr).converged);
-  ReducedSystem system(problem);
-  system.Form(state, {}, nullptr);
-  ASSERT_TRUE(system.FactorDamped());
+  const Formed at(made, options);
   for (const CorrectionCurvature& of : result.curvatures) {
     SCOPED_TRACE(result.parameters[of.parameter].owner + result.parameters[of.parameter].name);
     const auto k = static_cast<Eigen::Index>(of.parameter);
-    Eigen::VectorXd step = system.SolveFor(Eigen::VectorXd::Unit(system.rows(), k));
-    step *= 0.5 / std::sqrt(step[k]);
-    const double of_all = step.dot(BendOfStep(problem, state, {}, 0.0, step)) / 0.125;
+    const Eigen::VectorXd step = at.StepAlong(k, 0.5);
+    const double of_all = step.dot(BendOfStep(at.problem, at.state, {}, 0.0, step)) / 0.125;
     EXPECT_NEAR(of.curvature, of_all, 0.01 + 0.3 * std::abs(of_all));
   }
 }
