@@ -102,23 +102,26 @@ struct AxisSums {
   Eigen::Vector3d second = Eigen::Vector3d::Zero();
   Eigen::Vector3d third = Eigen::Vector3d::Zero();
   bool used = false;
+  // By functions, then axes: numbers just written one by one are not read in pairs, for which the
+  // processor would wait.
   void Add(const TermAtTime& term, const double* x) {
     used = true;
+    std::array<const double*, 3> coefficient{};  // of each axis that is corrected
     int rank = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      if (!term.components[static_cast<std::size_t>(axis)]) continue;
-      double sum = 0.0, by_t = 0.0, by_tt = 0.0, by_ttt = 0.0;
-      const double* coefficient = x + term.column + term.by_axis * rank++;
-      for (std::size_t k = 0; k < term.functions; ++k, coefficient += term.by_function) {
-        sum += *coefficient * term.value[k];
-        by_t += *coefficient * term.first[k];
-        by_tt += *coefficient * term.second[k];
-        by_ttt += *coefficient * term.third[k];
-      }
-      value[axis] += sum;
-      first[axis] += by_t;
-      second[axis] += by_tt;
-      third[axis] += by_ttt;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (term.components[axis]) coefficient[axis] = x + term.column + term.by_axis * rank++;
+    }
+    for (std::size_t k = 0; k < term.functions; ++k) {
+      const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(k) * term.by_function;
+      const auto of_axis = [&](std::size_t axis) {
+        return coefficient[axis] == nullptr ? 0.0 : coefficient[axis][at];
+      };
+      const Eigen::Vector3d c(of_axis(0), of_axis(1), of_axis(2));
+      value += term.value[k] * c;
+      first += term.first[k] * c;
+      if (!term.bends) continue;
+      second += term.second[k] * c;
+      third += term.third[k] * c;
     }
   }
 };
@@ -224,13 +227,13 @@ void TermAtTime::Read(const PassCorrections& pass, const PolynomialTerm& term, d
   by_axis = term.degree + 1;
   by_function = 1;
   functions = static_cast<std::size_t>(term.degree) + 1;
+  bends = term.degree > 1;
   const double rate = 1.0 / pass.half_length_s;
-  if (term.degree <= 1) {  // the usual offset and drift
+  if (!bends) {  // the usual offset and drift
     value[0] = 1.0;
     value[1] = (t_s - pass.middle_s) * rate;
     first[0] = 0.0;
     first[1] = rate;
-    second[0] = second[1] = third[0] = third[1] = 0.0;
     return;
   }
   LegendreValues((t_s - pass.middle_s) / pass.half_length_s,
@@ -252,6 +255,7 @@ void TermAtTime::Read(const SplineTerm& term, int first_column, double measured_
   by_axis = 1;
   by_function = term.component_count;
   functions = 4;
+  bends = true;
   term.spline.EvaluatePiece(term.spline.PieceOf(measured_s),
                             t_s,
                             {std::span(value).first(4),
@@ -275,10 +279,13 @@ bool CorrectedPath::Read(double measured_s,
     // Where readings move the axes are continued from one place: their acceleration jumps with the
     // jerk of the path.
     const double axes_s = ReadsAtCrossing() ? measured_s : read_s;
-    Motion there = motion;
-    if (axes_s != read_s && !ReadNominal(measured_s, axes_s, &there, &piece)) return false;
-    out->turning = TrackAxesOf(verticals_.At(piece, axes_s), there);
-    if (axes_s != read_s) out->turning = out->turning->After(read_s - axes_s);
+    if (axes_s == read_s) {
+      out->turning = TrackAxesOf(verticals_.At(piece, axes_s), motion);
+    } else {
+      Motion there;
+      if (!ReadNominal(measured_s, axes_s, &there, &piece)) return false;
+      out->turning = TrackAxesOf(verticals_.At(piece, axes_s), there).After(read_s - axes_s);
+    }
     out->axes = &out->turning->axes;
   }
   AxisSums track, frame;

@@ -37,6 +37,7 @@ struct TermAtTime {
   std::array<bool, 3> components;
   int column, by_axis, by_function;
   std::size_t functions;
+  bool bends;  ///< whether second and third are not all 0; where not, they are not set
   std::array<double, PositionCorrection::kMaxDegree + 1> value, first, second, third;
 
   void Read(const PassCorrections& pass, const PolynomialTerm& term, double t_s);

@@ -81,8 +81,8 @@ void SetColumns(const TermAtTime& term, const AxisPartials& partials, LocalRow* 
                           by_second = partials.by[2].col(axis), by_third = partials.by[3].col(axis);
     auto column = static_cast<std::size_t>(term.column + term.by_axis * rank++);
     for (std::size_t k = 0; k < term.functions; ++k) {
-      const Eigen::Vector2d both = by_value * term.value[k] + by_first * term.first[k] +
-                                   by_second * term.second[k] + by_third * term.third[k];
+      Eigen::Vector2d both = by_value * term.value[k] + by_first * term.first[k];
+      if (term.bends) both += by_second * term.second[k] + by_third * term.third[k];
       rows[0][column] = both[0];
       rows[1][column] = both[1];
       column += static_cast<std::size_t>(term.by_function);

@@ -379,17 +379,75 @@ std::array<Eigen::Vector2d, kEllipseCorners> EllipseCorners(const ErrorEllipse& 
   return corners;
 }
 
+namespace {
+
+/// Geodetic places near one of them, for the corners of an ellipse.
+class PlacesNear {
+ public:
+  PlacesNear(const Ellipsoid& ellipsoid, const Geodetic& centre) : centre_(centre) {
+    sine_ = std::sin(centre.lat_rad);
+    cosine_ = std::cos(centre.lat_rad);
+    const double e2 = ellipsoid.flattening * (2.0 - ellipsoid.flattening);
+    const double q = 1.0 - e2 * sine_ * sine_;
+    const double prime_vertical_m = ellipsoid.a_m / std::sqrt(q);
+    const double meridian_m = prime_vertical_m * (1.0 - e2) / q;
+    radius_m_ = meridian_m + centre.h_m;
+    from_axis_m_ = (prime_vertical_m + centre.h_m) * cosine_;
+    stretch_ = 3.0 * e2 * sine_ * cosine_ / q * meridian_m / radius_m_;
+    flattening_ = ellipsoid.flattening;
+  }
+  /// Whether places this far away are right to 2e-9 m, but for rounding.
+  [[nodiscard]] bool Reach(double away_m) const {
+    return radius_m_ > away_m &&
+           flattening_ * away_m * away_m * away_m < 1e-9 * radius_m_ * radius_m_;
+  }
+  /// The place east and north of the centre in its tangent plane, at the centre's height. The
+  /// longitude is exact: the turn about the axis. The latitude is that of a meridian with the
+  /// curvature at the centre, M + h, exact on a sphere, less half of what M changes by,
+  /// (dM/dlat) dlat^2 / 2.
+  [[nodiscard]] Geodetic At(const Eigen::Vector2d& east_north_m) const {
+    const double east_m = east_north_m.x(), north_m = east_north_m.y();
+    const double inwards_m = from_axis_m_ - sine_ * north_m;  // before the step to the east
+    const double axis_m = std::hypot(inwards_m, east_m);
+    const double outwards_m =
+        inwards_m > 0.0 ? east_m * east_m / (axis_m + inwards_m) : axis_m - inwards_m;
+    const double along_m = north_m - sine_ * outwards_m;
+    const double turn_rad = std::atan2(along_m, radius_m_ + cosine_ * outwards_m);
+    return {.lat_rad = centre_.lat_rad + turn_rad - 0.5 * stretch_ * turn_rad * turn_rad,
+            .lon_rad = centre_.lon_rad + std::atan2(east_m, inwards_m),
+            .h_m = centre_.h_m};
+  }
+
+ private:
+  Geodetic centre_;
+  double sine_ = 0.0, cosine_ = 0.0;
+  double radius_m_ = 0.0;     // of the meridian at the centre's height, M + h
+  double from_axis_m_ = 0.0;  // (N + h) cos(lat)
+  double stretch_ = 0.0;      // (dM/dlat) / (M + h)
+  double flattening_ = 0.0;
+};
+
+}  // namespace
+
 std::array<Geodetic, kEllipseCorners> EllipseRing(const Frame& frame,
                                                   const Eigen::Vector3d& p_m,
                                                   const ErrorEllipse& ellipse) {
-  const Eigen::Matrix3d frame_from_enu = frame.EnuFromFrame(p_m).transpose();
-  const double centre_rad = frame.GeodeticFromFrame(p_m).lon_rad;
+  const Geodetic centre = frame.GeodeticFromFrame(p_m);
   const auto corners = EllipseCorners(ellipse);
   std::array<Geodetic, kEllipseCorners> ring;
+  const PlacesNear near(frame.ellipsoid(), centre);
+  if (near.Reach(ellipse.major_m)) {
+    std::transform(corners.begin(), corners.end(), ring.begin(), [&near](const auto& corner) {
+      return near.At(corner);
+    });
+    return ring;
+  }
+  const Eigen::Matrix3d frame_from_enu = frame.EnuFromFrame(p_m).transpose();
   for (std::size_t i = 0; i < ring.size(); ++i) {
     ring[i] = frame.GeodeticFromFrame(p_m + frame_from_enu.leftCols<2>() * corners[i]);
+    ring[i].h_m = centre.h_m;
     ring[i].lon_rad =
-        centre_rad + std::remainder(ring[i].lon_rad - centre_rad, 2.0 * std::numbers::pi);
+        centre.lon_rad + std::remainder(ring[i].lon_rad - centre.lon_rad, 2.0 * std::numbers::pi);
   }
   return ring;
 }

@@ -97,8 +97,9 @@ constexpr int kEllipseCorners = 36;
 [[nodiscard]] std::array<Eigen::Vector2d, kEllipseCorners> EllipseCorners(
     const ErrorEllipse& ellipse);
 
-/// The corners about p in true size, in the tangent plane of a geocentric frame at p. Longitudes
-/// stay within half a turn of that of p, so that a ring across 180 degrees is not torn.
+/// The corners about p in true size, in the tangent plane of a geocentric frame at p; their heights
+/// are that of p. Longitudes stay within half a turn of that of p, so that a ring across 180
+/// degrees is not torn. Within 1e-8 m of GeographicLib's conversion of each corner.
 [[nodiscard]] std::array<Geodetic, kEllipseCorners> EllipseRing(const Frame& frame,
                                                                 const Eigen::Vector3d& p_m,
                                                                 const ErrorEllipse& ellipse);

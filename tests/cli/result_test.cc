@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the commands leave: files, columns and JSON as docs/formats.md promises them to other
 // programs. The lists are typed by hand from there, not taken from the writer.
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <map>
 #include <set>
@@ -145,6 +147,25 @@ TEST_F(ResultTest, TheGeoJsonHasEveryPointWithItsSigmas) {
   }
   EXPECT_EQ(names.size(), rows.size() - 1);
   EXPECT_EQ(polygons.size(), rows.size() - 1);
+}
+
+// The C library rounds what the table has.
+TEST_F(ResultTest, TheGeoJsonHasDegreesWithTwelveDecimals) {
+  const Path block = Simulated("earth-asc-desc", "block");
+  ASSERT_EQ(Run("adjust", block, "result").exit_code, 0);
+  const std::string geo = Content(folder_ / "result/points.geojson");
+  const auto rows = test::RowsOf(Content(folder_ / "result/points.csv"));
+  const std::size_t lon = test::ColumnOf(rows, "lon_deg"), lat = test::ColumnOf(rows, "lat_deg");
+  ASSERT_GT(rows.size(), 100u);
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    std::array<char, 64> place;
+    std::snprintf(place.data(),
+                  place.size(),
+                  "[%.12f,%.12f,",
+                  std::stod(rows[i][lon]),
+                  std::stod(rows[i][lat]));
+    EXPECT_THAT(geo, HasSubstr(place.data())) << rows[i][0];
+  }
 }
 
 TEST_F(ResultTest, JsonIsAloneOnStandardOutputAndIsTheSummary) {
