@@ -165,12 +165,11 @@ void FillResiduals(const AdjustmentProblem& problem,
   out.azimuth_residual_m.assign(block.looks.size(), kNaN);
   const std::size_t points = block.points.size();
   const auto fill = [&](std::size_t, std::size_t begin, std::size_t end) {
-    LookColumns columns;
     LookEvaluation at;
     for (std::size_t point = begin; point < end; ++point) {
       if (!problem.Solves(point)) continue;
       for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
-        if (!EvaluateLook(problem.model, state, point, i, {}, &columns, &at)) continue;
+        if (!EvaluateErrors(problem.model, state, point, i, &at)) continue;
         out.range_residual_m[i] = at.whitened_error[0];
         out.azimuth_residual_m[i] = at.whitened_error[1] * at.azimuth_unit_m;
       }

@@ -140,6 +140,24 @@ std::optional<PointStatus> AdjustmentProblem::LacksEquations(std::size_t point) 
   return 2 * looks + rows < 3 ? std::optional(PointStatus::kTooFewLooks) : std::nullopt;
 }
 
+namespace {
+
+/// The corrections of a look at a state; `local` holds them where they are not consecutive already,
+/// as those of one block are.
+const double* CorrectionsOf(const LookModel& model,
+                            const LookColumns& columns,
+                            const BlockState& state,
+                            std::array<double, ParameterLayout::kMaxLocalColumns>* local) {
+  if (columns.block_count == 1) {
+    const auto block = static_cast<std::size_t>(columns.block[0]);
+    return state.corrections.data() + model.layout().blocks[block].offset;
+  }
+  GatherColumns(model.layout(), columns, state.corrections, local->data());
+  return local->data();
+}
+
+}  // namespace
+
 bool EvaluateLook(const LookModel& model,
                   const BlockState& state,
                   std::size_t point,
@@ -149,19 +167,26 @@ bool EvaluateLook(const LookModel& model,
                   LookEvaluation* out,
                   LookCurvature* curvature) {
   model.ColumnsOf(look, columns);
-  // The corrections of one block are consecutive already.
   std::array<double, ParameterLayout::kMaxLocalColumns> local;
-  const double* x = local.data();
-  if (columns->block_count == 1) {
-    const auto block = static_cast<std::size_t>(columns->block[0]);
-    x = state.corrections.data() + model.layout().blocks[block].offset;
-  } else {
-    GatherColumns(model.layout(), *columns, state.corrections, local.data());
-  }
+  const double* x = CorrectionsOf(model, *columns, state, &local);
   return model.Evaluate({look, *columns, state.start_m[point], state.displacement_m[point], x},
                         weights,
                         out,
                         curvature);
+}
+
+bool EvaluateErrors(const LookModel& model,
+                    const BlockState& state,
+                    std::size_t point,
+                    std::size_t look,
+                    LookEvaluation* out) {
+  LookColumns columns;
+  model.ColumnsOf(look, &columns);
+  std::array<double, ParameterLayout::kMaxLocalColumns> local;
+  const double* x = CorrectionsOf(model, columns, state, &local);
+  columns.column_count = 0;
+  return model.Evaluate(
+      {look, columns, state.start_m[point], state.displacement_m[point], x}, {}, out);
 }
 
 LookWeights WeightsAt(const LookSigma& sigma, double weight_unit_m) {
@@ -181,7 +206,6 @@ double UpdateWeights(const BlockState& state, AdjustmentProblem* problem) {
       {SharedArray::ByRange(block.looks.offsets, &problem->weights),
        SharedArray::ByChunk(&largest)},
       [&](std::size_t chunk, std::size_t begin, std::size_t end) {
-        LookColumns columns;
         LookEvaluation at;
         for (std::size_t point = begin; point < end; ++point) {
           if (!problem->Solves(point)) continue;
@@ -192,7 +216,7 @@ double UpdateWeights(const BlockState& state, AdjustmentProblem* problem) {
             const LookWeights old = problem->weights[i];
             LookWeights now = WeightsAt(sigma, 1.0);
             if (sigma.azimuth_unit == AzimuthUnit::kMetres) {
-              if (EvaluateLook(model, state, point, i, {}, &columns, &at)) {
+              if (EvaluateErrors(model, state, point, i, &at)) {
                 now = WeightsAt(sigma, at.weight_unit_m);
               } else if (old.azimuth_per_unit > 0.0) {
                 now.azimuth_per_unit = old.azimuth_per_unit;

@@ -129,6 +129,12 @@ struct CorrectionModel {
                                 LookColumns* columns,
                                 LookEvaluation* out,
                                 LookCurvature* curvature = nullptr);
+/// The same without weights and without the partials by corrections.
+[[nodiscard]] bool EvaluateErrors(const LookModel& model,
+                                  const BlockState& state,
+                                  std::size_t point,
+                                  std::size_t look,
+                                  LookEvaluation* out);
 
 /// Weights of a look with these standard deviations where a unit of its azimuth measurement is so
 /// many metres at its target (LookEvaluation::weight_unit_m).

@@ -52,8 +52,9 @@ ceres::LinearSolverType TypeOf(CeresSolver solver) {
   }
 }
 
-/// As the reduced engine damps at first: 1e-8 of the diagonal. Starts are near.
-constexpr double kFirstRadius = 1e8;
+/// Damps at first by 1e-12 of the diagonal, which grows with the points: with hundreds of thousands
+/// of them more would hold what only priors of hundreds of metres hold. Starts are near.
+constexpr double kFirstRadius = 1e12;
 /// Of a point that follows: as little as the engine's own.
 constexpr double kFollowDamping = 1e-8;
 /// Steps creep that are so many in turn longer than this part of the one before, and shorter than

@@ -379,14 +379,13 @@ void RecoverMirrorSolutions(const AdjustOptions& options,
 
 std::vector<std::size_t> LeaveOutBeyondPaths(const BlockState& state, AdjustmentProblem* problem) {
   std::vector<std::size_t> out;
-  LookColumns columns;
   LookEvaluation at;
   const auto& offsets = problem->block.looks.offsets;
   for (std::size_t point = 0; point < problem->block.points.size(); ++point) {
     if (!problem->Solves(point)) continue;
     for (std::size_t i = offsets[point]; i < offsets[point + 1]; ++i) {
       if (problem->look_used[i] == 0) continue;
-      if (!EvaluateLook(problem->model, state, point, i, {}, &columns, &at)) continue;
+      if (!EvaluateErrors(problem->model, state, point, i, &at)) continue;
       if (!at.beyond_path) continue;
       problem->look_used[i] = 0;
       out.push_back(i);
