@@ -11,25 +11,28 @@ phone and of a desk, and no printed sheet is blank. Exit status 77 (skipped) whe
 Chromium. With --keep the pages, screenshots and PDFs stay in FOLDER.
 """
 import argparse
+import base64
 import csv
 import html
 import json
+import os
 import pathlib
 import re
+import select
 import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import zlib
 
 FLAGS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
          "--disable-background-networking", "--disable-component-update", "--disable-sync",
-         "--disable-dev-shm-usage", "--hide-scrollbars", "--enable-logging=stderr", "--v=0",
+         "--disable-dev-shm-usage", "--hide-scrollbars",
          # A page that asked for anything outside would fail loudly.
          "--host-resolver-rules=MAP * ~NOTFOUND"]
+PATIENCE_S = 120  # for one answer
 WIDTHS = {"phone": (390, 844), "desk": (1280, 900)}
-CONSOLE = re.compile(r"CONSOLE[^\]]*\]\s*(.*)")
-SELF_CHECK = re.compile(r'<pre id="selfcheck"[^>]*>(.*?)</pre>', re.S)
 DATA = re.compile(r'<script type="application/json" id="data">(.*?)</script>', re.S)
 
 
@@ -42,30 +45,118 @@ def require(condition, what):
         raise Failure(what)
 
 
-def browse(browser, page, *flags):
-    """Runs the browser on a page; returns its standard output. Console messages are failures."""
-    with tempfile.TemporaryDirectory(prefix="sarblock-browser-") as profile:
-        run = subprocess.run(
-            [browser, *FLAGS, f"--user-data-dir={profile}", *flags, page.resolve().as_uri()],
-            capture_output=True, text=True, timeout=120)
-    require(run.returncode == 0, f"{browser} failed on {page}:\n{run.stderr[-2000:]}")
-    messages = CONSOLE.findall(run.stderr)
-    require(not messages, f"{page}: the console says {messages}")
-    return run.stdout
+class Browser:
+    """One headless Chromium for all pages, spoken to by its DevTools protocol: JSON messages that end in a
+    zero byte, to its descriptor 3 and from its descriptor 4."""
+
+    def __init__(self, program, profile):
+        hears, self.write_to = os.pipe()
+        self.read_from, says = os.pipe()
+        # The shell gives the ends the numbers that Chromium expects, whatever they are here.
+        command = f'exec "$@" 3<&{hears} 4>&{says}'
+        self.log = open(pathlib.Path(profile) / "log", "w+b")
+        self.process = subprocess.Popen(
+            ["bash", "-c", command, "bash", program, *FLAGS, "--remote-debugging-pipe",
+             f"--user-data-dir={profile}", "about:blank"],
+            pass_fds=(hears, says), stdout=self.log, stderr=self.log)
+        os.close(hears)
+        os.close(says)
+        self.calls = 0
+        self.received = b""
+        self.messages = []  # of the console of the page at hand
+        self.loaded = set()  # loaders of pages, as the protocol names them
+        self.session = None
+        (target,) = [t for t in self.call("Target.getTargets")["targetInfos"] if t["type"] == "page"]
+        self.session = self.call("Target.attachToTarget", targetId=target["targetId"], flatten=True)["sessionId"]
+        for domain in ("Page", "Runtime", "Log"):
+            self.call(f"{domain}.enable")
+        self.call("Page.setLifecycleEventsEnabled", enabled=True)
+
+    def close(self):
+        try:
+            self.session = None
+            self.call("Browser.close")
+            self.process.wait(timeout=PATIENCE_S)
+        finally:
+            self.process.kill()
+            self.process.wait()
+        os.close(self.write_to)
+        os.close(self.read_from)
+        self.log.close()
+
+    def next_message(self, deadline):
+        while b"\0" not in self.received:
+            ready, _, _ = select.select([self.read_from], [], [], max(0.0, deadline - time.monotonic()))
+            more = os.read(self.read_from, 1 << 20) if ready else b""
+            if not more:
+                self.log.seek(0)
+                words = self.log.read().decode(errors="replace")[-2000:]
+                raise Failure(f"the browser {'ended' if ready else 'does not answer'}:\n{words}")
+            self.received += more
+        message, _, self.received = self.received.partition(b"\0")
+        message = json.loads(message)
+        kind, told = message.get("method"), message.get("params")
+        if kind == "Page.lifecycleEvent" and told["name"] == "load":
+            self.loaded.add(told["loaderId"])
+        elif kind == "Runtime.consoleAPICalled":
+            self.messages.append(" ".join(str(a.get("value", a.get("description"))) for a in told["args"]))
+        elif kind == "Runtime.exceptionThrown":
+            self.messages.append(told["exceptionDetails"].get("exception", {}).get("description", "exception"))
+        elif kind == "Log.entryAdded":
+            self.messages.append(f"{told['entry']['text']} {told['entry'].get('url', '')}")
+        return message
+
+    def call(self, method, **parameters):
+        self.calls += 1
+        request = {"id": self.calls, "method": method, "params": parameters}
+        if self.session is not None:
+            request["sessionId"] = self.session
+        os.write(self.write_to, json.dumps(request).encode() + b"\0")
+        deadline = time.monotonic() + PATIENCE_S
+        while True:
+            answer = self.next_message(deadline)
+            if answer.get("id") == self.calls:
+                require("error" not in answer, f"{method}: {answer.get('error')}")
+                return answer["result"]
+
+    def load(self, page, width):
+        """The page anew in a window of this width, until all of it is loaded, its scripts have run and it is painted:
+        what is not painted is refused by the printer."""
+        columns, rows = WIDTHS[width]
+        self.call("Emulation.setDeviceMetricsOverride", width=columns, height=rows, deviceScaleFactor=1, mobile=False)
+        self.messages.clear()
+        loading = self.call("Page.navigate", url=page.resolve().as_uri())
+        require("errorText" not in loading, f"{page}: {loading}")
+        deadline = time.monotonic() + PATIENCE_S
+        while loading["loaderId"] not in self.loaded:
+            self.next_message(deadline)
+        self.value("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+    def value(self, expression):
+        answer = self.call("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
+        require("exceptionDetails" not in answer, f"{expression}: {answer}")
+        return answer["result"].get("value")
+
+    def picture(self):
+        return base64.b64decode(self.call("Page.captureScreenshot")["data"])
+
+    def paper(self):
+        printed = self.call("Page.printToPDF", printBackground=True, preferCSSPageSize=True)
+        return base64.b64decode(printed["data"])
+
+    def expect_silence(self, page):
+        # What the console is told comes before the answer to a later question.
+        self.value("1")
+        require(not self.messages, f"{page}: the console says {self.messages}")
 
 
 def check_page(browser, page, width, folder=None):
     """The charts drawn are those described, each with data; returns them by id. With a folder a picture of
     the width asked for is taken of the same page and is not empty."""
-    size = WIDTHS[width]
-    flags = [f"--window-size={size[0]},{size[1]}", "--virtual-time-budget=4000", "--dump-dom"]
-    if folder is not None:
-        picture = folder / f"{page.stem}-{width}.png"
-        flags.append(f"--screenshot={picture}")
-    text = browse(browser, page, *flags)
-    found = SELF_CHECK.search(text)
-    require(found, f"{page} ({width}): no self-check, the script did not run")
-    report = json.loads(html.unescape(found.group(1)))
+    browser.load(page, width)
+    told = browser.value("document.getElementById('selfcheck').textContent")
+    require(told, f"{page} ({width}): no self-check, the script did not run")
+    report = json.loads(told)
     require(not report["errors"], f"{page} ({width}): {report['errors']}")
     described = described_charts(page)
     drawn = {chart["id"]: chart for chart in report["charts"]}
@@ -75,9 +166,12 @@ def check_page(browser, page, width, folder=None):
         require(seen.get("series", 0) <= 5, f"{page}: chart {chart} has {seen.get('series')} series")
     check_tables(f"{page} ({width})", report["tables"])
     if folder is not None:
-        data = picture.read_bytes()
-        require(int.from_bytes(data[16:20], "big") == size[0], f"{picture}: wrong width")
+        picture = folder / f"{page.stem}-{width}.png"
+        data = browser.picture()
+        picture.write_bytes(data)
+        require(int.from_bytes(data[16:20], "big") == WIDTHS[width][0], f"{picture}: wrong width")
         require(len(data) > 20000, f"{picture}: hardly anything to see")  # a blank page packs into a few kB
+    browser.expect_silence(page)
     return drawn
 
 
@@ -130,9 +224,10 @@ def check_map(page, result, drawn, graticule):
 def check_paper(browser, page, folder):
     """Every sheet holds text: none is blank, none holds a line or two left over."""
     document = folder / f"{page.stem}.pdf"
-    browse(browser, page, "--virtual-time-budget=4000", "--no-pdf-header-footer",
-           f"--print-to-pdf={document}")
-    data = document.read_bytes()
+    browser.load(page, "desk")
+    data = browser.paper()
+    document.write_bytes(data)
+    browser.expect_silence(page)
     require(data.startswith(b"%PDF"), f"{document}: no PDF")
     objects = {int(m.group(1)): m.group(2)
                for m in re.finditer(rb"(\d+) 0 obj(.*?)endobj", data, re.S)}
@@ -244,20 +339,22 @@ def main():
     parser.add_argument("scenes", type=pathlib.Path)
     parser.add_argument("--keep", type=pathlib.Path)
     arguments = parser.parse_args()
-    browser = shutil.which("chromium") or shutil.which("chromium-browser")
-    if browser is None:
+    program = shutil.which("chromium") or shutil.which("chromium-browser")
+    if program is None:
         print("skipped: there is no chromium on this machine")
         return 77
-    try:
-        if arguments.keep:
-            arguments.keep.mkdir(parents=True, exist_ok=True)
-            run(arguments.program, arguments.scenes, browser, arguments.keep)
-        else:
-            with tempfile.TemporaryDirectory(prefix="sarblock-report-") as folder:
-                run(arguments.program, arguments.scenes, browser, pathlib.Path(folder))
-    except Failure as failure:
-        print(f"failed: {failure}")
-        return 1
+    with tempfile.TemporaryDirectory(prefix="sarblock-report-") as scratch:
+        folder = arguments.keep or pathlib.Path(scratch) / "pages"
+        folder.mkdir(parents=True, exist_ok=True)
+        try:
+            browser = Browser(program, pathlib.Path(scratch))
+            try:
+                run(arguments.program, arguments.scenes, browser, folder)
+            finally:
+                browser.close()
+        except Failure as failure:
+            print(f"failed: {failure}")
+            return 1
     return 0
 
 
