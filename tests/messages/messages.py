@@ -53,7 +53,7 @@ import rows
 
 HERE = pathlib.Path(__file__).resolve().parent
 SCENES = HERE.parents[1] / "datasets/scenes"
-PLACE = re.compile(r"[^\s:]+:\d+: [^:]*[^\s:]: |--[a-z][a-z-]*( \S+)?: ")  # file, line and field; an option
+PLACE = re.compile(r"[^\s:]+:\d+: [^:]*[^\s:]: |--[a-z][a-z0-9-]*( \S+)?: ")  # file, line and field; an option
 LIMIT_S = 60
 
 

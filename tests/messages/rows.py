@@ -122,7 +122,7 @@ class Reader:
             row = self.current(number)
             row.code, row.place_free, row.message = int(answer[1]), bool(answer[2]), answer[3] or ""
             row.answer_line = row.answer_end = number
-        elif text.startswith("$ "):
+        elif text == "$" or text.startswith("$ "):
             (self.sections[-1] if self.in_head else self.current(number)).commands.append(text[2:])
         elif text.startswith("good "):
             self.sections[-1].good = text[5:]
