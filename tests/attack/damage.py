@@ -74,7 +74,7 @@ class Output:
             yield f"the next run ended with {process.returncode}: {err}"
         elif not self.same(out, self.new):
             yield "the next run did not write a whole result"
-        hidden = [name for name in os.listdir(out) if name.startswith(".")]
+        hidden = trials.unfinished(out)
         if hidden:
             yield f"{hidden} stay"
 
@@ -90,7 +90,7 @@ def interrupt(output, rng, sent):
         def waits():
             if moment == "marker":
                 return (output.out / output.marker).exists()
-            return not any(name.startswith(".") for name in os.listdir(output.out))
+            return not trials.unfinished(output.out)
         while process.poll() is None and waits():
             pass
         time.sleep(rng.uniform(0, 0.1 * output.seconds) if moment == "writing" else rng.uniform(0, 1e-3))
@@ -135,7 +135,7 @@ def disks(output, rng, scratch):
             yield f"{trials.ended(process.returncode)} beside the {state} result: {err}"
         if process.returncode == 3 and str(out) not in err:
             yield f"the message names no file: {err}"
-        left = [name for name in os.listdir(out) if name.startswith(".")]
+        left = trials.unfinished(out)
         if left:
             yield f"{left} stay"
     finally:

@@ -111,18 +111,6 @@ TEST_F(ImportTest, FaultyRowsStandOnStandardErrorAndInTheJson) {
   EXPECT_EQ(nlohmann::json::parse(quiet.out)["faulty_rows"][1]["line"], 2000);
 }
 
-TEST_F(ImportTest, BadFilesAndOptionsHaveTheirExitCodes) {
-  const ProgramRun broken = Import({Own("truncated")}, "block");
-  EXPECT_EQ(broken.exit_code, 3);
-  EXPECT_THAT(broken.err, HasSubstr("truncated.xml:"));
-  EXPECT_FALSE(std::filesystem::exists(folder_ / "block"));
-  EXPECT_EQ(Import({Own("nothing")}, "block").exit_code, 3);
-  EXPECT_EQ(Import({Own("slant")}, "block", {"--grid", "control"}).exit_code, 3);
-  EXPECT_EQ(Import({Own("slant")}, "block", {"--grid", "anchor"}).exit_code, 2);
-  EXPECT_EQ(RunProgram({"import", "-o", folder_ / "block"}).exit_code, 2);
-  EXPECT_EQ(Import({Own("slant")}, "block", {"--orbit", Own("orbit")}).exit_code, 3);  // too short
-}
-
 /// Real products; skipped where they are not beside the project.
 class RealProductsTest : public ImportTest {
  protected:

@@ -8,7 +8,6 @@
 #include <set>
 #include <sstream>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -272,27 +271,6 @@ TEST_F(LeberlCommandTest, DifferencesAgainstDistanceShowTheBowOfTheModel) {
   EXPECT_EQ(length, 7 + 4 + 11 + 1);
 }
 
-TEST_F(LeberlCommandTest, DifferencesNameTheOptionAtFault) {
-  const std::vector<std::string> good = {"--dy-m", "1000", "--dz-m", "0"};
-  for (const auto& [option, value, part] :
-       {std::tuple{"--dy-m", "-12000", "--dy-m: the other point lies at the ground distance 7000"},
-        std::tuple{"--dz-m", "10000", "--dz-m: 10000 is given, below the flying height"},
-        std::tuple{"--db", "nan", "--db: nan is given, a finite number"},
-        std::tuple{"--far-ground-range-m", "8000", "--far-ground-range-m: the other point"},
-        std::tuple{"--far-ground-range-m", "19000", "--far-ground-range-m: another distance"},
-        std::tuple{"-o", "nowhere", "--output: needs --far-ground-range-m"}}) {
-    std::vector<std::string> arguments;
-    for (std::size_t i = 0; i < good.size(); i += 2) {
-      if (good[i] != option) arguments.insert(arguments.end(), {good[i], good[i + 1]});
-    }
-    arguments.insert(arguments.end(), {option, value});
-    const ProgramRun run = LeberlAt("differences", arguments);
-    EXPECT_EQ(run.exit_code, 3) << option;
-    EXPECT_THAT(run.err, HasSubstr(part));
-    EXPECT_EQ(run.out, "");
-  }
-}
-
 TEST_F(LeberlCommandTest, OppositeSideIsAskedFor) {
   EXPECT_EQ(Leberl("errors", {"--base-m", "31e3", "--height-m", "10e3", "--ground-range-m", "19e3"})
                 .exit_code,
@@ -373,32 +351,6 @@ TEST_F(LeberlCommandTest, ExaggerationSaysWhatIsSeenAndWhatFuses) {
   EXPECT_THAT(text.out, HasSubstr("hardly fuse"));
   std::istringstream lines(text.out);
   for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80u) << line;
-}
-
-TEST_F(LeberlCommandTest, ExaggerationRefusesHalfAPair) {
-  const std::vector<std::string> looks = {"--look-1-deg", "40", "--look-2-deg", "30"};
-  const auto with = [&](std::vector<std::string> more) {
-    more.insert(more.begin(), looks.begin(), looks.end());
-    return Leberl("exaggeration", more);
-  };
-  for (const ProgramRun& run : {Leberl("exaggeration", {}),
-                                Leberl("exaggeration", {"--base-m", "8000"}),
-                                Leberl("exaggeration", {"--look-1-deg", "40"}),
-                                with({"--base-m", "8000"}),
-                                with({"--orbit-height-km", "700"}),
-                                with({"--body", "Moon"}),
-                                with({"--body", "Pluto", "--orbit-height-km", "700"})}) {
-    EXPECT_EQ(run.exit_code, 2) << run.err;
-    EXPECT_EQ(run.out, "");
-  }
-  const ProgramRun beyond = Leberl(
-      "exaggeration",
-      {"--look-1-deg", "65", "--look-2-deg", "30", "--orbit-height-km", "700", "--body", "Earth"});
-  EXPECT_EQ(beyond.exit_code, 3);
-  EXPECT_THAT(beyond.err, HasSubstr("--look-1-deg: 65 deg passes the body by"));
-  const ProgramRun same = Leberl("exaggeration", {"--look-1-deg", "40", "--look-2-deg", "40"});
-  EXPECT_EQ(same.exit_code, 3);
-  EXPECT_THAT(same.err, HasSubstr("--look-2-deg"));
 }
 
 TEST_F(LeberlCommandTest, FiguresStandBesideEachOther) {
@@ -525,25 +477,6 @@ TEST_F(LeberlCommandTest, ValidityWritesMapLinesAndNinePlots) {
     EXPECT_LE(lines.Number(0), lines.Number(1));
   }
   EXPECT_GT(rows, 100);
-}
-
-TEST_F(LeberlCommandTest, WrongUsageExitsWithTwoAndNonsenseWithThree) {
-  for (const std::vector<std::string>& wrong :
-       {std::vector<std::string>{"leberl"},
-        {"leberl", "table2"},
-        {"leberl", "errors", "--base-m", "8000"},
-        {"leberl", "table1", "--csv=maybe"},
-        {"leberl", "parallax", "--base-m", "8e3", "--height-m", "1e4", "--presentation", "up", "t"},
-        {"leberl", "validity"}}) {
-    const ProgramRun run = RunProgram(wrong);
-    EXPECT_EQ(run.exit_code, 2) << wrong.back();
-    EXPECT_EQ(run.out, "");
-    EXPECT_NE(run.err, "");
-  }
-  const ProgramRun no_base =
-      Leberl("exaggeration", {"--base-m", "0", "--height-m", "1e4", "--ground-range-m", "19e3"});
-  EXPECT_EQ(no_base.exit_code, 3);
-  EXPECT_THAT(no_base.err, HasSubstr("base_m"));
 }
 
 }  // namespace

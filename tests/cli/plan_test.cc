@@ -202,68 +202,6 @@ TEST(PlanPairTest, TakesImagesInPlaceOfStandardDeviations) {
   const auto matched = test::RunProgram(Pair(ground));
   EXPECT_THAT(matched.out, HasSubstr("best second look"));
   EXPECT_THAT(matched.out, HasSubstr("missed; no second look reaches it"));
-  ground.back() = "-1";
-  EXPECT_THAT(test::RunProgram(Pair(ground)).err, HasSubstr("--goal-up-m: -1 m is given"));
-  // a default that is given is given
-  EXPECT_EQ(test::RunProgram(Pair({"--look",
-                                   "30",
-                                   "--look",
-                                   "40",
-                                   "--height-m",
-                                   "5000",
-                                   "--range-sigma-m",
-                                   "3",
-                                   "--correlation",
-                                   "0.15"}))
-                .exit_code,
-            2);
-  std::vector<std::string> both = image;
-  both.insert(both.end(), {"--range-sigma-m", "1"});
-  EXPECT_THAT(test::RunProgram(Pair(both)).err, HasSubstr("accuracies are given by"));
-  image[7] = "-5";
-  const auto refused = test::RunProgram(Pair(image));
-  EXPECT_EQ(refused.exit_code, 3);
-  EXPECT_THAT(refused.err, HasSubstr("--bandwidth-mhz: must be given and positive"));
-}
-
-TEST(PlanPairTest, RefusesWhatIsNoPair) {
-  const struct {
-    std::vector<std::string> arguments;
-    int exit_code;
-    const char* message;
-  } cases[] = {
-      {{"--look", "30", "--range-sigma-m", "3"}, 2, "the pair is given by --base-m, --height-m"},
-      {{"--look", "30", "--look", "40", "--range-sigma-m", "3"}, 2, "or by --look twice, with"},
-      {{"--look", "30", "--look", "40", "--height-m", "5000"},
-       2,
-       "accuracies are given by --range-sigma-m"},
-      {{"--look", "30", "--look", "30", "--height-m", "5000", "--range-sigma-m", "3"},
-       3,
-       "--look: is the same angle twice"},
-      {{"--look",
-        "30",
-        "--look",
-        "70",
-        "--orbit-height-km",
-        "700",
-        "--body",
-        "Earth",
-        "--range-sigma-m",
-        "3"},
-       3,
-       "--look: 70 deg passes the body by, below 64.304 deg is allowed"},
-      {{"--look", "30", "--look", "40", "--height-m", "5000", "--range-sigma-m", "0"},
-       3,
-       "--range-sigma-m: 0 m is given, > 0 is allowed"},
-      {{"--look", "30", "--look", "40", "--look", "50", "--height-m", "5", "--range-sigma-m", "3"},
-       2,
-       "two look angles are allowed"},
-  };
-  for (const auto& [arguments, exit_code, message] : cases) {
-    const auto run = test::RunProgram(Pair(arguments));
-    EXPECT_EQ(run.exit_code, exit_code) << message << run.out << run.err;
-    EXPECT_THAT(run.err, HasSubstr(message));
-  }
 }
 
 }  // namespace

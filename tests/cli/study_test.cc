@@ -132,13 +132,5 @@ TEST_F(StudyCommandTest, PushesBlocksToTheExtremesAndResumesThem) {
   EXPECT_EQ(run("c", {"--set", "familie=[]"}).exit_code, 3);
 }
 
-TEST_F(StudyCommandTest, SaysWhatIsWrongWithAStudyAndWhere) {
-  const ProgramRun run =
-      Run(Put("bad.toml", "format = \"sarblock-study 1\"\nstudy = \"x\"\n"), "d");
-  EXPECT_EQ(run.exit_code, 3);
-  EXPECT_THAT(run.err, HasSubstr("bad.toml:2: study: must be \"densification\""));
-  EXPECT_EQ(RunProgram({"study", "nonsense"}).exit_code, 2);
-}
-
 }  // namespace
 }  // namespace sarblock

@@ -157,27 +157,6 @@ TEST_F(StudyTradeoffTest, RefusesAFolderOfOtherSettings) {
   EXPECT_THAT(run.err, HasSubstr("belongs to another study"));
 }
 
-TEST_F(StudyTradeoffTest, NamesWhatIsNotAllowed) {
-  const test::ProgramRun unknown = Study({"--set", "choice.0.run=guess"});
-  EXPECT_EQ(unknown.exit_code, 3);
-  EXPECT_THAT(unknown.err, HasSubstr("run: 'guess' is not known"));
-  const test::ProgramRun none = Study({"--set", "choice.0.reference=false"});
-  EXPECT_EQ(none.exit_code, 3);
-  EXPECT_THAT(none.err, HasSubstr("stage model has 0 choices with reference = true"));
-  EXPECT_THAT(Study({"--set", "only=[\"model.gven\"]"}).err, HasSubstr("'model.gven' is no STAGE"));
-  EXPECT_THAT(Study({"--set", "only_points=[61]"}).err, HasSubstr("61 is no size of the study"));
-  EXPECT_THAT(Study({"--set", "size.1.skip.0.rows=[\"solvr\"]"}).err,
-              HasSubstr("'solvr' is no STAGE"));
-  EXPECT_THAT(Study({"--set", "size.1.skip.0.rows=[\"solver.reduced\"]"}).err,
-              HasSubstr("70 points: 'ceres' has no reference to be measured with, 'reduced' is "
-                        "not run"));
-  EXPECT_THAT(Study({"--set", "seed=3"}).err, HasSubstr("the scene has its own"));
-  const test::ProgramRun through =
-      Study({"--set", "choice.4.run=intersect", "--set", "choice.4.through=smooth"});
-  EXPECT_EQ(through.exit_code, 3);
-  EXPECT_THAT(through.err, HasSubstr("goes with run = \"adjust\" only"));
-}
-
 // The shipped study of an orbit with a state a minute: auto is one of the ways, the cubics through
 // its states are not even near.
 TEST_F(StudyTradeoffTest, ComparesTheWaysToReadARecordedFlight) {

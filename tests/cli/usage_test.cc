@@ -65,13 +65,6 @@ TEST(UsageTest, EveryHelpFits80Columns) {
   }
 }
 
-TEST(UsageTest, WithoutACommandTheCommandsAreNamed) {
-  const ProgramRun run = RunProgram({});
-  EXPECT_EQ(run.exit_code, 2);
-  EXPECT_THAT(run.err, HasSubstr("sarblock needs a command: simulate, import, check,"));
-  EXPECT_THAT(RunProgram({"study"}).err, HasSubstr("study needs a command: densification,"));
-}
-
 TEST(UsageTest, VersionIsThatOfTheLibrary) {
   const ProgramRun run = RunProgram({"--version"});
   EXPECT_EQ(run.exit_code, 0);
@@ -85,17 +78,6 @@ TEST(UsageTest, HelpAndVersionAreCommandsToo) {
   EXPECT_EQ(RunProgram({"version"}).out, RunProgram({"--version"}).out);
 }
 
-TEST(UsageTest, AMisspeltCommandOrOptionBringsTheNearestName) {
-  EXPECT_THAT(RunProgram({"ajust", "block"}).err,
-              HasSubstr("'ajust' is no command of sarblock; did you mean adjust?"));
-  EXPECT_THAT(RunProgram({"study", "stabilty", "x"}).err, HasSubstr("did you mean stability?"));
-  EXPECT_THAT(RunProgram({"adjust", "block", "-o", "r", "--thread=2"}).err,
-              HasSubstr("'--thread' is no option of adjust; did you mean --threads?"));
-  EXPECT_THAT(RunProgram({"--threads", "2", "chek", "block"}).err,
-              HasSubstr("did you mean check?"));
-  EXPECT_THAT(RunProgram({"export", "r", "--format", "kmll"}).err, HasSubstr("did you mean kml?"));
-}
-
 TEST(UsageTest, HelpOfACommandNamesWhatAllHaveAndChoicesAsWords) {
   for (const char* command : {"simulate", "check", "adjust", "predict", "intersect"}) {
     const std::string help = RunProgram({command, "--help"}).out;
@@ -106,32 +88,6 @@ TEST(UsageTest, HelpOfACommandNamesWhatAllHaveAndChoicesAsWords) {
   EXPECT_THAT(RunProgram({"report", "--help"}).out, Not(HasSubstr("--set")));
   EXPECT_THAT(RunProgram({"import", "sentinel1", "--help"}).out,
               HasSubstr("{check,control,none,tie}"));
-}
-
-TEST(UsageTest, WrongUsageExitsWithTwoAndAMessage) {
-  const std::vector<std::vector<std::string>> wrong = {
-      {},
-      {"adjst"},
-      {"adjust"},
-      {"adjust", "block"},
-      {"adjust", "-o", "result"},
-      {"adjust", "block", "-o", "result", "--robust", "huber"},
-      {"adjust", "block", "-o", "result", "--threads", "many"},
-      {"adjust", "block", "-o", "result", "--threads", "-1"},
-      {"adjust", "block", "second", "-o", "result"},
-      {"check"},
-      {"simulate", "scene.toml"},
-      {"intersect", "block"},
-      {"predict", "block"},
-      {"--no-such-option"},
-      {"check", "block", "--set"},
-  };
-  for (const std::vector<std::string>& arguments : wrong) {
-    const ProgramRun run = RunProgram(arguments);
-    EXPECT_EQ(run.exit_code, 2) << testing::PrintToString(arguments);
-    EXPECT_NE(run.err, "") << testing::PrintToString(arguments);
-    EXPECT_EQ(run.out, "") << testing::PrintToString(arguments);
-  }
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // [adjust.prior.NAME] and [navigation.prior.NAME]: what is read is what is written, and messages
 // lead to the line.
-#include "sarblock/core/error.h"
 #include "sarblock/files/block_file.h"
 #include "sarblock/files/scene_file.h"
 
@@ -28,15 +27,6 @@ const std::string kPrior =
 
 AdjustOptions Read(const std::string& text, const std::vector<std::string>& set = {}) {
   return files::ReadAdjustTable(text, "block.toml", kIds, set);
-}
-
-std::string PriorErrorOf(const std::string& text, const std::vector<std::string>& set = {}) {
-  try {
-    (void)Read(text, set);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
 }
 
 TEST(AdjustPriorsTest, ReadsAMatrixAndWritesItBack) {
@@ -88,71 +78,11 @@ TEST(AdjustPriorsTest, ReadsAProcessAndWritesItBack) {
   }
 }
 
-TEST(AdjustPriorsTest, RefusesWhatIsNoProcess) {
-  const std::string walk = "process = \"random-walk\"\nsigma_m = 20\n";
-  const std::string markov = "process = \"gauss-markov\"\nsigma_m = 20\n";
-  EXPECT_THAT(PriorErrorOf(kSpline + walk), HasSubstr("start_sigma_m"));
-  EXPECT_THAT(PriorErrorOf(kSpline + markov), HasSubstr("correlation_time_s"));
-  EXPECT_THAT(PriorErrorOf(kSpline + "process = \"gauss-markov\"\n"),
-              HasSubstr("block.toml:4: adjust.correction.position.process: needs sigma_m"));
-  EXPECT_THAT(PriorErrorOf(kSpline + "start_sigma_m = 3\n"),
-              HasSubstr("belongs to process = \"random-walk\""));
-  EXPECT_THAT(PriorErrorOf(kSpline + "correlation_time_s = 3\n"),
-              HasSubstr("belongs to process = \"gauss-markov\""));
-  EXPECT_THAT(PriorErrorOf("[adjust.correction.position]\ndegree = 1\n" + walk),
-              HasSubstr("basis = \"spline\" is needed"));
-  // Several tables of a kind have numbers, not keys.
-  const std::string shared =
-      "[[adjust.correction.position]]\nshared = true\n[[adjust.correction.position]]\nbasis = "
-      "\"spline\"\nknot_spacing_s = 20\ncorrelation_time_s = 9\n" +
-      markov;
-  EXPECT_EQ(PriorErrorOf(shared), "");
-  EXPECT_THAT(PriorErrorOf("[adjust]\ncorrections = \"auto\"\n" + shared),
-              HasSubstr("the process of 'position.2' stands beside corrections = \"auto\""));
-}
-
 TEST(AdjustPriorsTest, AKeyCanBeSet) {
   const AdjustOptions options = Read(
       kGroups + kPrior, {"prior.orbit.covariance=[[9, 1], [1, 2]]", "prior.orbit.passes=[\"A1\"]"});
   EXPECT_EQ(options.priors.at(0).Covariance()(0, 0), 9.0);
   EXPECT_EQ(options.priors.at(0).passes, std::vector<std::string>{"A1"});
-}
-
-TEST(AdjustPriorsTest, RefusesWithLineAndKey) {
-  struct Bad {
-    std::string text, message;
-  };
-  const std::string head = "[adjust.prior.p]\nparameters = [\"position.up.0\", \"range.bias\"]\n";
-  const std::vector<Bad> cases = {
-      {head + "covariance = [[1, 2], [2, 1]]\n",
-       "block.toml:7: adjust.prior.p.covariance: is not positive definite"},
-      {head + "covariance = [[1, 0.5], [0.25, 1]]\n",
-       "block.toml:7: adjust.prior.p.covariance: is not symmetric"},
-      {head + "covariance = [[1, 0.5], [0.5]]\n",
-       "block.toml:7: adjust.prior.p.covariance[1]: the row has 1 entries"},
-      {head + "covariance = [[1]]\n", "block.toml:7: adjust.prior.p.covariance: is 1 by 1"},
-      {head, "adjust.prior.p.covariance: is not given"},
-      {head + "sigma = [1, 0]\n",
-       "block.toml:7: adjust.prior.p.sigma[1]: must be a number above 0, got 0"},
-      {head + "sigma = [1]\n", "block.toml:7: adjust.prior.p.sigma: has 1 entries"},
-      {head + "sigma = [1, 2]\ncorrelation = [[1, 1.5], [1.5, 1]]\n",
-       "block.toml:8: adjust.prior.p.correlation: is not positive definite"},
-      {head + "sigma = [1, 2]\ncovariance = [[1, 0], [0, 1]]\n", "excludes sigma and correlation"},
-      {head + "axes = \"tracks\"\n", "block.toml:7: adjust.prior.p.axes: "},
-      {head + "passes = [\"B8\"]\nsigma = [1, 2]\n",
-       "block.toml:7: adjust.prior.p.passes[0]: no pass 'B8' in the block; did you mean"},
-      {head + "sigmas = [1, 2]\n", "sigmas"},
-      {"[adjust.prior.p]\nsigma = [1]\n", "adjust.prior.p.parameters: is missing"},
-      {"[adjust.prior.p]\nparameters = [\"range.bais\"]\nsigma = [1]\n",
-       "block.toml:6: adjust.prior.p.parameters[0]: pass 'A1' has no parameter 'range.bais'"},
-      {"[adjust]\nprior = 3\n", "a table is needed"},
-      {"[adjust.prior]\np = 3\n", "a table is needed"},
-  };
-  for (const Bad& bad : cases) {
-    EXPECT_THAT(PriorErrorOf(kGroups + bad.text), HasSubstr(bad.message)) << bad.text;
-  }
-  EXPECT_THAT(PriorErrorOf("[adjust]\ncorrections = \"auto\"\n" + kGroups + kPrior),
-              HasSubstr("chooses among corrections with priors that are independent"));
 }
 
 const std::string kScene = R"(format = "sarblock-scene 1"
@@ -178,23 +108,6 @@ TEST(NavigationPriorsTest, AreReadAndRefusedWithTheirLine) {
       head + "parameters = [\"position.x.1\", \"time.bias\"]\nsigma = [1, 0.5]\n", "s.toml");
   ASSERT_EQ(scene.navigation.joint.size(), 1U);
   EXPECT_EQ(scene.navigation.joint[0].name, "orbit");
-  const auto error_of = [&](const std::string& rest) -> std::string {
-    try {
-      (void)files::ParseScene(head + rest, "s.toml");
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
-  };
-  EXPECT_THAT(
-      error_of("parameters = [\"velocity.up\"]\nsigma = [1]\n"),
-      HasSubstr("s.toml:17: navigation.prior.orbit.parameters: 'velocity.up' cannot be drawn"));
-  EXPECT_THAT(error_of("parameters = [\"position.up.3\"]\nsigma = [1]\n"),
-              HasSubstr("cannot be drawn"));
-  EXPECT_THAT(error_of("parameters = [\"time.bias\"]\nsigma = [1, 2]\n"),
-              HasSubstr("s.toml:18: navigation.prior.orbit.sigma: has 2 entries"));
-  EXPECT_THAT(error_of("passes = [\"B\"]\nparameters = [\"time.bias\"]\nsigma = [1]\n"),
-              HasSubstr("navigation.prior.orbit.passes: no pass 'B' in the scene"));
 }
 
 }  // namespace

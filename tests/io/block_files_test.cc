@@ -298,10 +298,20 @@ TEST_F(BlockFilesTest, ReadsPairsByName) {
   Put("pairs.csv", "point_b,point_a\nZ,Y\nK,Z\n");
   const auto pairs = files::ReadPairs(folder_, "pairs.csv", block);
   EXPECT_THAT(pairs, ElementsAre(std::pair{2u, 0u}, std::pair{0u, 1u}));
-  Put("pairs.csv", "point_b,point_a\nZ,Z\n");
-  EXPECT_THAT(
-      test::MessageOf<InputError>([&] { return files::ReadPairs(folder_, "pairs.csv", block); }),
-      HasSubstr("pairs.csv:2: point_b: 'Z' is point_a too"));
+}
+
+TEST_F(BlockFilesTest, NamesTheLineWhereAGzipTableIsCutOff) {
+  Put("block.toml", kSmallToml);
+  Put("trajectories.csv", kSmallPaths);
+  std::string looks = "pass,point,time_s,range_m\n";
+  for (int i = 0; i < 20011; ++i) {
+    looks +=
+        "A,Q" + std::to_string(i * 7919 % 100003) + ",3.5," + std::to_string(9e3 + i % 977) + "\n";
+  }
+  const std::string bytes = Content(PutGzip("observations.csv.gz", looks));
+  Put("observations.csv.gz", bytes.substr(0, bytes.size() * 3 / 4));
+  EXPECT_THAT(test::MessageOf<InputError>([&] { return files::ReadBlock(folder_); }),
+              testing::ContainsRegex("observations.csv.gz:[0-9]+: the gzip data end too early"));
 }
 
 class CancelledSink final : public ProgressSink {

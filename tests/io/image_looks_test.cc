@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Looks given by line and pixel, standard deviations in lines and pixels.
-#include "sarblock/core/error.h"
 #include "sarblock/files/block_file.h"
 #include "sarblock/files/result.h"
 
@@ -15,8 +14,6 @@
 
 namespace sarblock {
 namespace {
-
-using testing::HasSubstr;
 
 const std::string kHead =
     "format = \"sarblock-block 1\"\n"              // 1
@@ -35,9 +32,6 @@ const std::string kImagePaths =
 
 files::BlockFile ReadImageBlock(const std::string& image, const std::string& looks) {
   return files::ReadBlockTexts({kHead + image, kImagePaths, looks, std::nullopt});
-}
-std::string ErrorOf(const std::string& image, const std::string& looks) {
-  return test::MessageOf<InputError>([&] { return ReadImageBlock(image, looks); });
 }
 
 TEST(ImageLooksTest, LineAndPixelBecomeTimeAndRange) {  // hand arithmetic
@@ -135,53 +129,6 @@ TEST_F(ImageFilesTest, ResidualsStandInLinesAndPixels) {
   EXPECT_NEAR(reader.Number(4), 40.25, 1e-9);
   ASSERT_TRUE(reader.Next());
   for (std::size_t column = 1; column < 5; ++column) EXPECT_FALSE(reader.Given(column));
-}
-
-TEST(ImageLooksTest, RefusesWhatContradictsItself) {
-  const std::string header = "pass,point,line,pixel,time_s,range_m,line_sigma_px,time_sigma_s\n";
-  EXPECT_THAT(ErrorOf(kSlant, header + "A,P,1,2,3,,,\n"),
-              HasSubstr("observations.csv:2: time_s: excludes line and pixel"));
-  EXPECT_THAT(ErrorOf(kSlant, header + "A,P,1,,,,,\n"), HasSubstr(":2: pixel: is empty"));
-  EXPECT_THAT(ErrorOf("", header + "A,P,1,2,,,,\n"),
-              HasSubstr(":2: line: pass 'A' has no [pass.image] in block.toml"));
-  EXPECT_THAT(ErrorOf("", header + "A,P,,,3,9000,0.5,\n"),
-              HasSubstr(":2: line_sigma_px: pass 'A' has no [pass.image]"));
-  EXPECT_THAT(ErrorOf(kSlant, header + "A,P,1,2,,,0.5,0.001\n"),
-              HasSubstr(":2: line_sigma_px: excludes time_sigma_s; give one of both"));
-  EXPECT_THAT(ErrorOf(kSlant, header + "A,P,-1000,2,,,,\n"),
-              HasSubstr(":2: line: time -2.5 is outside the flight path of pass 'A'"));
-  EXPECT_THAT(ErrorOf(kSlant, header + "A,P,1,-9000,,,,\n"),
-              HasSubstr(":2: pixel: -9000 has no slant range in the image of pass 'A'"));
-  EXPECT_THAT(ErrorOf(kSlant, "pass,point,line\nA,P,1\n"),
-              HasSubstr("observations.csv:1: time_s: the column is missing"));
-}
-
-TEST(ImageLooksTest, RefusesRastersThatCannotBe) {
-  const std::string looks = "pass,point,line,pixel\nA,P,1,2\n";
-  const auto change = [&looks](std::string image, const std::string& from, const std::string& to) {
-    const std::size_t at = image.find(from);
-    EXPECT_NE(at, std::string::npos) << from;
-    return ErrorOf(image.replace(at, from.size(), to), looks);
-  };
-  EXPECT_THAT(change(kSlant, "\"slant\"", "\"slan\""),
-              HasSubstr("block.toml:11: pass[0].image.presentation: 'slan' is not known"));
-  EXPECT_THAT(
-      change(kSlant, "0.004", "-0.004"),
-      HasSubstr(":13: pass[0].image.line_interval_s: must be a number above 0, got -0.004"));
-  EXPECT_THAT(change(kSlant, "near_range_m = 8500.5\n", ""),
-              HasSubstr("pass[0].image.near_range_m: is missing"));
-  EXPECT_THAT(change(kSlant, "first_line_s = 1.5\n", ""),
-              HasSubstr("pass[0].image.first_line_s: is missing"));
-  EXPECT_THAT(change(kSlant, "near_range_m", "near_m"),
-              HasSubstr(":14: pass[0].image.near_m: the key is not known"));
-  EXPECT_THAT(change(kGround, "[8500.5, 0.25, 1e-5]", "[8500.5]"),
-              HasSubstr(":15: pass[0].image.ground_range[0].coefficients: 1 given, two or more"));
-  EXPECT_THAT(change(kGround, "[8500.5, 0.25, 1e-5]", "[8500.5, \"a\"]"),
-              HasSubstr(":15: pass[0].image.ground_range[1]: is a text, a number is needed"));
-  EXPECT_THAT(change(kGround, "ground_range = [8500.5, 0.25, 1e-5]\n", ""),
-              HasSubstr("pass[0].image.ground_range: is missing"));
-  EXPECT_THAT(ErrorOf("range_sigma_m = 0.5\n" + kSlant + "pixel_sigma_px = 0.5\n", looks),
-              HasSubstr(":10: pass[0].range_sigma_m: excludes image.pixel_sigma_px"));
 }
 
 }  // namespace

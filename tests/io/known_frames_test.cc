@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/core/error.h"
 #include "sarblock/files/block_file.h"
 
 #include <string>
@@ -31,9 +30,6 @@ class KnownFramesTest : public test::FolderTest {
     Put("observations.csv", "pass,point,time_s,range_m\nA,P,5,800000\n");
     Put("points.csv", points);
     return files::ReadBlock(folder_).block;
-  }
-  std::string Refusal(const std::string& frame, const std::string& points) const {
-    return test::MessageOf<InputError>([&] { return Read(frame, points); });
   }
 };
 
@@ -82,42 +78,6 @@ TEST_F(KnownFramesTest, HeightsAboveTheGeoid) {
   const Vector3d up_m = above.points.given_m[0] - plain.points.given_m[0];
   EXPECT_NEAR(up_m.norm(), 15.871, 0.1);
   EXPECT_GT(up_m.dot(plain.points.given_m[0]), 0.0);
-}
-
-TEST_F(KnownFramesTest, RefusesWhatIsNotSaid) {
-  const std::string head = kPointHead;
-  const auto row = [](const std::string& rest) { return std::string("\n") + kGda + rest + "\n"; };
-  EXPECT_THAT(Refusal("realization = \"ITRF2O14\"\n", head + row("")),
-              HasSubstr("frame.realization: 'ITRF2O14' is not known"));
-  EXPECT_THAT(Refusal("epoch = 20181016\n", head + row("")),
-              HasSubstr("frame.epoch: must be a year like 2022.79"));
-  EXPECT_THAT(Refusal("", head + ",frame" + row(",GDA2020")),
-              HasSubstr("frame: needs realization of [frame]"));
-  EXPECT_THAT(Refusal("realization = \"ITRF2014\"\n", head + ",frame" + row(",GDA2020")),
-              HasSubstr("frame: needs epoch of [frame]"));
-  EXPECT_THAT(Refusal("", head + ",epoch" + row(",2010.0")),
-              HasSubstr("epoch: needs epoch of [frame]"));
-  EXPECT_THAT(Refusal("", head + ",vx_mpy,vy_mpy,vz_mpy" + row(",0.01,0.02,0.03")),
-              HasSubstr("vx_mpy: needs epoch of [frame]"));
-  EXPECT_THAT(Refusal(kItrf, head + ",vx_mpy,vy_mpy,vz_mpy" + row(",0.01,0.02,")),
-              HasSubstr("vz_mpy: is empty, all three components"));
-  EXPECT_THAT(Refusal(kItrf, head + ",vx_mpy,vy_mpy,vz_mpy" + row(",10,20,30")),
-              HasSubstr("vx_mpy: must be below 1, in metres a year, got 10"));
-  EXPECT_THAT(Refusal(kItrf, head + ",epoch,vx_mpy" + row(",2010.0,")),
-              HasSubstr("vx_mpy: is empty, a velocity takes the point from 2010 to the block's "
-                        "epoch, 2018"));
-  EXPECT_THAT(Refusal(kItrf, head + ",frame" + row(",IGS14")),
-              HasSubstr("frame: PROJ's data have no transformation from IGS14 to ITRF2014"));
-  EXPECT_THAT(Refusal(kItrf, head + ",geoid" + row(",egm96")),
-              HasSubstr("geoid: belongs to h_m, which is empty"));
-}
-
-TEST_F(KnownFramesTest, OtherBodiesHaveNone) {
-  Put("block.toml",
-      "format = \"sarblock-block 1\"\nname = \"m\"\n[frame]\nkind = \"geocentric\"\nellipsoid = "
-      "\"Moon\"\nepoch = 2018.0\n[[pass]]\nid = \"A\"\nlook = \"left\"\n");
-  EXPECT_THAT(test::MessageOf<InputError>([&] { return files::ReadBlock(folder_); }),
-              HasSubstr("frame.epoch: belongs to geocentric frames of the Earth"));
 }
 
 }  // namespace

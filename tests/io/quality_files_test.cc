@@ -197,23 +197,5 @@ TEST_F(QualityFilesTest, ATableOfRejectionsLeavesLooksOut) {
   EXPECT_EQ(files::ApplyRejections(folder_, "out.csv", &block_), 0U);  // it was out already
 }
 
-TEST_F(QualityFilesTest, RejectionsOfNoSuchLookAreRefused) {
-  const auto message = [&](std::string_view text) {
-    Put("out.csv", text);
-    try {
-      static_cast<void>(files::ApplyRejections(folder_, "out.csv", &block_));
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string();
-  };
-  EXPECT_THAT(message("pass,point,rejected\nB,Q,1\n"),
-              HasSubstr("out.csv:2: point: pass 'B' has no look of point 'Q' in this block"));
-  EXPECT_THAT(message("pass,point,rejected\nA,P,0\nC,P,1\n"), HasSubstr("out.csv:3: pass:"));
-  EXPECT_THAT(message("pass,point,rejected\nA,R,1\n"), HasSubstr("has no point 'R'"));
-  EXPECT_THAT(message("pass,point,rejected\nA,P,2\n"), HasSubstr("must be 0 or 1, got '2'"));
-  EXPECT_THAT(message("pass,point\nA,P\n"), HasSubstr("rejected"));
-}
-
 }  // namespace
 }  // namespace sarblock

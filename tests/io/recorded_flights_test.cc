@@ -2,7 +2,6 @@
 // Recorded flights in blocks: what is warned of, what "auto" takes, and how the keys are read and
 // written.
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
 #include "sarblock/files/block_file.h"
 
@@ -335,21 +334,6 @@ TEST_F(RecordedBlockTest, KeysOfAPassOverrideThoseOfTheBlockAndAreWrittenBack) {
   }
 }
 
-TEST_F(RecordedBlockTest, StatesOfWhichNoPathCanBeMadeAreRefusedByNameOnlyWhereItIsAskedFor) {
-  std::string states = kRecordedStates;
-  states.replace(states.find("A1,2,200"), 8, "A1,1.7e308,200");
-  const auto message_with = [&](const std::string& through) {
-    std::string toml = kRecordedToml;
-    toml.replace(toml.find("\"smooth\""), 8, '"' + through + '"');
-    return test::MessageOf<InputError>([&] {
-      return files::ReadBlockTexts({toml, states, kTwoLooks, std::nullopt});
-    });
-  };
-  EXPECT_EQ(message_with("states"), "");
-  EXPECT_EQ(message_with("auto"), "");
-  EXPECT_THAT(message_with("smooth"), HasSubstr("pass A1: no path can be made of its states"));
-}
-
 TEST_F(RecordedBlockTest, AnOverrideChangesTheWayOfPassesThatHaveNoneOfTheirOwn) {
   files::ReadOptions options;
   options.set_overrides = {"trajectory.through=auto"};
@@ -358,24 +342,6 @@ TEST_F(RecordedBlockTest, AnOverrideChangesTheWayOfPassesThatHaveNoneOfTheirOwn)
   EXPECT_EQ(read.block.passes[0].recorded.asked.through, PathThrough::kAuto);
   EXPECT_EQ(read.block.passes[1].recorded.asked.through, PathThrough::kPositions);
   EXPECT_THAT(read.block.passes[0].recorded.effect.why, HasSubstr("points along track"));
-}
-
-TEST_F(RecordedBlockTest, AnUnknownWayOrASigmaOfZeroIsRefusedWithItsLine) {
-  const auto message_of = [](const std::string& from, const std::string& to) {
-    std::string toml = kRecordedToml;
-    toml.replace(toml.find(from), from.size(), to);
-    return test::MessageOf<InputError>([&] {
-      return files::ReadBlockTexts({toml, kRecordedStates, kTwoLooks, std::nullopt});
-    });
-  };
-  EXPECT_THAT(message_of("\"smooth\"", "\"smoth\""),
-              AllOf(HasSubstr("block.toml:8: trajectory.through"),
-                    HasSubstr("states, orbit, positions, smooth or auto"),
-                    HasSubstr("did you mean smooth")));
-  EXPECT_THAT(message_of("sigma_m = 0.02", "sigma_m = 0"),
-              HasSubstr("block.toml:9: trajectory.sigma_m: must be a number above 0, got 0"));
-  EXPECT_THAT(message_of("sigma_mps = 0.01", "sigma_ms = 0.01"),
-              AllOf(HasSubstr("block.toml:13: "), HasSubstr("sigma_ms")));
 }
 
 }  // namespace

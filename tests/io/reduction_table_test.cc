@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reductions in files: columns of looks, [reduction] of a block and of a pass, refusals.
-#include "sarblock/core/error.h"
 #include "sarblock/files/block_file.h"
 
 #include <string>
@@ -41,18 +40,6 @@ std::vector<std::string> WarningsWith(const std::string& looks) {
 constexpr const char* kReducedLooks =
     "pass,point,time_s,range_m,range_delay_m,time_shift_s\nA,P,50,70576.65,2.5,-0.25\n"
     "B,P,50,70576.65,,\n";
-
-std::string Refusal(const std::string& reduction, const std::string& of_b = "") {
-  return test::MessageOf<InputError>([&] { return ReadWith(reduction, of_b, kReducedLooks); });
-}
-std::string RefusalOfLook(const std::string& cells) {
-  return test::MessageOf<InputError>([&] {
-    return ReadWith(
-        "",
-        "",
-        "pass,point,time_s,range_m,range_delay_m,time_shift_s\nA,P,50,70576," + cells + "\n");
-  });
-}
 
 TEST_F(ReductionTableTest, LooksAreReadWithoutWhatTheySayToTakeOff) {
   const Block block = ReadWith("", "", kReducedLooks);
@@ -127,25 +114,6 @@ TEST_F(ReductionTableTest, DoubtsDelaysOfTheWrongSignAndUnit) {
                         "long is positive"));
   EXPECT_THAT(warnings("1.6e-8", ""), HasSubstr("are these seconds?"));
   EXPECT_THAT(warnings("", "0.38"), HasSubstr("are these milliseconds or metres?"));
-}
-
-TEST_F(ReductionTableTest, RefusesWithPlaceAndKey) {
-  EXPECT_THAT(Refusal("[reduction]\ntroposphere = \"standrad\"\n"),
-              HasSubstr("block.toml:5: reduction.troposphere: "));
-  EXPECT_THAT(Refusal("[reduction]\ntroposfere = \"standard\"\n"), HasSubstr("troposphere"));
-  EXPECT_THAT(Refusal("[reduction]\ntroposphere = { temperature_k = 280, humidity_1 = 0.5 }\n"),
-              HasSubstr("pressure_hpa"));
-  EXPECT_THAT(
-      Refusal("[reduction]\ntroposphere = { pressure_hpa = 101325, temperature_k = 280, humidity_1 "
-              "= 0.5 }\n"),
-      HasSubstr("pass[0].reduction.troposphere.pressure_hpa: must be between"));
-  EXPECT_THAT(Refusal("", "reduction = { ionosphere = { tec_tecu = 1e6 }, range_m = 1 }\n"),
-              HasSubstr("pass[1].reduction.ionosphere.tec_tecu: must be between 0 and 1000"));
-  EXPECT_THAT(Refusal("[reduction]\ntide = \"solid\"\n"), HasSubstr("geocentric"));
-  EXPECT_THAT(Refusal("[reduction]\ntime_s = 20\n"), HasSubstr("must be between -1 and 1"));
-  EXPECT_THAT(RefusalOfLook("1e6,"), HasSubstr("range_delay_m: must be between -10000 and 10000"));
-  EXPECT_THAT(RefusalOfLook(",5"), HasSubstr("time_shift_s: must be between -1 and 1"));
-  EXPECT_THAT(RefusalOfLook("x,"), HasSubstr("range_delay_m"));
 }
 
 }  // namespace

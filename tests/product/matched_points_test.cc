@@ -43,9 +43,6 @@ class MatchedPointsTest : public test::FolderTest {
     options.points->origin_px = {origin_px, origin_px};
     return options;
   }
-  std::string Refusal(const std::string& table) const {
-    return MessageOf<InputError>([&] { return ImportProducts({Nisar()}, {}, With(table)); });
-  }
 };
 
 TEST_F(MatchedPointsTest, LineAndSampleBecomeTimeAndRangeByTheOriginThatIsSaid) {
@@ -66,15 +63,6 @@ TEST_F(MatchedPointsTest, AnImageGoesByItsPassOrItsFileWithOrWithoutFolderAndEnd
   std::string table = kHeader;
   for (std::size_t i = 0; i < 4; ++i) table += fmt::format("T{},{},5,5\n", i, names[i]);
   EXPECT_EQ(ImportProducts({Nisar()}, {}, With(table)).products[0].matches, 4U);
-  EXPECT_THAT(Refusal(std::string(kHeader) + "T1,other.h5,5,5\n"),
-              HasSubstr("points.csv:2: image: 'other.h5' is no image given"));
-  ImportOptions two = With(std::string(kHeader) + "T1,rslc,5,5\n");
-  two.pass_ids = {"a", "b"};
-  const NisarProduct product = Nisar();
-  EXPECT_THAT(MessageOf<InputError>([&] {
-                return ImportProducts({product, product}, {}, two);
-              }),
-              HasSubstr("'rslc' is the name of several images"));
 }
 
 TEST_F(MatchedPointsTest, StandardDeviationsOfARowAreInPixels) {
@@ -87,23 +75,6 @@ TEST_F(MatchedPointsTest, StandardDeviationsOfARowAreInPixels) {
   EXPECT_EQ(block.SigmaOf(0).azimuth_unit, AzimuthUnit::kSeconds);
   EXPECT_NEAR(block.SigmaOf(0).range_m, 2.625, 1e-9);
   EXPECT_NEAR(block.SigmaOf(1).range_m, 5.25 / std::sqrt(12.0), 1e-9);
-}
-
-TEST_F(MatchedPointsTest, RowsThatMakeNoSenseAreRefusedWithTheirLine) {
-  const std::string head = kHeader;
-  EXPECT_THAT(Refusal(head + "T1,rslc,-0.75,5\n"),
-              HasSubstr("points.csv:2: line: line -0.75 and sample 5 are outside image 'rslc': it "
-                        "has 1500 lines and 2000 samples"));
-  EXPECT_THAT(Refusal(head + "T1,rslc,5,1999.75\n"), HasSubstr("outside image 'rslc'"));
-  EXPECT_EQ(Refusal(head + "T1,rslc,-0.25,1999.25\n"), "");  // within the first and last pixel
-  EXPECT_THAT(Refusal(head + "T1,rslc,5,5\nT1,rslc.h5,6,5\n"),
-              HasSubstr("points.csv:3: point: 'T1' is measured twice in image 'rslc.h5'"));
-  EXPECT_THAT(Refusal(head + "T1,rslc,five,5\n"),
-              HasSubstr("points.csv:2: line: must be a decimal number with a point, got 'five'"));
-  EXPECT_THAT(Refusal(head + "T1,rslc,5,\n"), HasSubstr("points.csv:2: sample"));
-  EXPECT_THAT(Refusal("point,image,line\nT1,rslc,5\n"), HasSubstr("sample"));
-  EXPECT_THAT(Refusal("point,image,line,sample,line_sigma_px\nT1,rslc,5,5,0\n"),
-              HasSubstr("points.csv:2: line_sigma_px: must be a number above 0, got 0"));
 }
 
 TEST_F(MatchedPointsTest, KindsOfImagesMakeOneBlockInWhichTheirLooksMeet) {
@@ -293,17 +264,6 @@ TEST_F(ReflectorTest, PlacesOnTheEarthAreNoneOfTheMoon) {
   const SensorImage cube = ReadSensorImage(Own("cube/one.cub"));
   EXPECT_THAT(MessageOf<InputError>([&] { return ImportProducts({cube}, {}, options); }),
               HasSubstr("cr.csv: holds places on the Earth"));
-}
-
-TEST_F(ReflectorTest, RowsThatMakeNoSenseAreRefusedWithTheirLine) {
-  const auto refusal = [](const std::string& row) {
-    return MessageOf<InputError>([&] { return ParseReflectors(kColumns + row, "cr.csv"); });
-  };
-  const std::string rest = ",0,0,2.4,";
-  EXPECT_THAT(refusal("A,91,0,0" + rest + "2020-01-01,7,0,0,0\n"), HasSubstr("cr.csv:2: Latitude"));
-  EXPECT_THAT(refusal("A,9,0,0" + rest + "2020-13-01,7,0,0,0\n"), HasSubstr("is no date"));
-  EXPECT_THAT(refusal("A,9,0,0" + rest + "2020-01-01,7,15,0,0\n"), HasSubstr("faster than any"));
-  EXPECT_THAT(refusal(""), HasSubstr("has no reflector"));
 }
 
 TEST_F(MatchedPointsTest, TablesOfTheCorpusAreReadOrRefused) {

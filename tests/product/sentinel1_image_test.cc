@@ -167,19 +167,5 @@ TEST(Sentinel1ImageTest, GridsAndOrbitsThatAreNotUsedDoNotRefuseTheProduct) {
   EXPECT_THAT(imported.warnings, Contains(HasSubstr("the annotated orbit is not used: a.xml:")));
 }
 
-// Each state once more a microsecond later, 3 cm away, as two merged orbit files have them.
-TEST(Sentinel1ImageTest, StatesAMicrosecondApartAreRefusedByTheirLines) {
-  const SyntheticAnnotation scene;
-  const std::string xml = scene.OrbitXml(-60.0, 200.0);
-  const std::size_t begin = xml.find("<OSV>"), end = xml.find("</OSV>") + 7;
-  std::string twice = xml.substr(begin, end - begin);
-  twice = Replaced(twice, "UTC=" + scene.TimeText(-60.0), "UTC=" + scene.TimeText(-59.999999));
-  const std::string merged = std::string(xml).insert(end, twice);
-  EXPECT_THAT(test::MessageOf<InputError>([&] { return ParseOrbitFile(merged, "m.EOF"); }),
-              AllOf(HasSubstr("m.EOF:" + std::to_string(test::LineOf(merged, "</OSV>") + 1)),
-                    HasSubstr("this state and the one on line "),
-                    HasSubstr("are 1e-06 s apart")));
-}
-
 }  // namespace
 }  // namespace sarblock

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The reader of annotations and orbit files on annotations of our own making.
-#include "sarblock/core/error.h"
-
 #include <string>
 
-#include "io/io_fixture.h"
 #include "product/synthetic_annotation.h"
 #include "products/image_table.h"
 #include <gmock/gmock.h>
@@ -13,18 +10,9 @@
 namespace sarblock {
 namespace {
 
-using test::LineOf;
-using test::Replaced;
 using test::SyntheticAnnotation;
 using testing::ElementsAre;
 using testing::HasSubstr;
-
-std::string ErrorOf(const std::string& text) {
-  return test::MessageOf<InputError>([&] { return ParseSentinel1(text, "a.xml"); });
-}
-std::string OrbitErrorOf(const std::string& text) {
-  return test::MessageOf<InputError>([&] { return ParseOrbitFile(text, "o.EOF"); });
-}
 
 TEST(Sentinel1ReaderTest, ReadsASlantRangeProduct) {  // what the fixture was made of
   SyntheticAnnotation scene;
@@ -81,66 +69,6 @@ TEST(Sentinel1ReaderTest, ALeapSecondInsideTheProductCounts) {
   }
 }
 
-TEST(Sentinel1ReaderTest, NamesFileLineAndElementOfWhatIsWrong) {
-  const std::string xml = SyntheticAnnotation().Xml();
-  const auto changed = [&xml](const std::string& from, const std::string& to) {
-    return ErrorOf(Replaced(xml, from, to));
-  };
-  const auto at = [&xml](const std::string& wanted) {
-    return "a.xml:" + std::to_string(LineOf(xml, wanted)) + ": ";
-  };
-  const std::string general = "product.generalAnnotation.";
-  const std::string image = "product.imageAnnotation.imageInformation.";
-  EXPECT_THAT(changed("<missionId>S1A</missionId>\n", ""),
-              HasSubstr("a.xml:3: product.adsHeader.missionId: the element is missing"));
-  EXPECT_THAT(
-      changed("Slant Range", "Map"),
-      HasSubstr(
-          at("<projection>") + general +
-          "productInformation.projection: must be 'Slant Range' or 'Ground Range', got 'Map'"));
-  EXPECT_THAT(changed("<radarFrequency>", "<radarFrequency>-"),
-              HasSubstr(at("<radarFrequency>") + general + "productInformation.radarFrequency: "));
-  EXPECT_THAT(changed("<slantRangeTime>", "<slantRangeTime>x"),
-              HasSubstr(at("<slantRangeTime>") + image + "slantRangeTime: 'x5.67"));
-  EXPECT_THAT(changed("LineUtcTime>2022-10-16T", "LineUtcTime>2022-10-36T"),
-              HasSubstr(at("<productFirstLine") + image +
-                        "productFirstLineUtcTime: '2022-10-36T23:59:50.250000' is no UTC time"));
-  EXPECT_THAT(changed("Earth Fixed", "Inertial"),
-              HasSubstr(at("<frame>") + general +
-                        "orbitList.orbit.frame: must be 'Earth Fixed', got 'Inertial'"));
-  EXPECT_THAT(changed("23:59:10.000000", "23:59:00.000000"),
-              HasSubstr("orbitList.orbit: its time 2022-10-16T23:59:00Z is not after"));
-  EXPECT_THAT(changed("<pixel>500</pixel>", "<pixel>0</pixel>"),
-              HasSubstr("geolocationGridPoint: line 0, pixel 0 is given twice"));
-  EXPECT_THAT(changed("<pixel>500</pixel>", "<pixel>5.5</pixel>"),
-              HasSubstr(at("<pixel>500") +
-                        "product.geolocationGrid.geolocationGridPointList.geolocationGridPoint."
-                        "pixel: must be an integer of 0 or more, got '5.5'"));
-  EXPECT_THAT(changed("<latitude>", "<latitude>9"), HasSubstr("latitude: is not between -90"));
-  EXPECT_THAT(changed("<height>", "<height>nan"), HasSubstr("is not a finite number"));
-  EXPECT_THAT(ErrorOf("<product>\n<adsHeader>\n</product>"),
-              HasSubstr("a.xml:3: is not valid XML: Start-end tags mismatch"));
-  EXPECT_THAT(ErrorOf("<other/>"), HasSubstr("a.xml:1: other: is not the element expected here"));
-  EXPECT_THAT(ErrorOf(""), HasSubstr("a.xml:1: is not valid XML: No document element found"));
-}
-
-TEST(Sentinel1ReaderTest, GroundRangeNeedsItsPolynomials) {
-  SyntheticAnnotation scene;
-  scene.ground = true;
-  const std::string xml = scene.Xml();
-  const std::string second = "8.502235000000000e+05 6.100000000000000e-01 3.000000000000000e-07";
-  EXPECT_THAT(ErrorOf(Replaced(xml, second, "8.5e5")),
-              HasSubstr("grsrCoefficients: has one coefficient, two or more are needed"));
-  EXPECT_THAT(ErrorOf(Replaced(xml, second, "8.5e5,0.6")),
-              HasSubstr("grsrCoefficients: '8.5e5,0.6' is not a list of finite numbers"));
-  EXPECT_THAT(
-      ErrorOf(Replaced(xml, "<coordinateConversionList>", "<coordinateConversionList/><a>")),
-      HasSubstr("is not valid XML"));
-  SyntheticAnnotation slant;
-  EXPECT_THAT(ErrorOf(Replaced(slant.Xml(), "Slant Range", "Ground Range")),
-              HasSubstr("coordinateConversionList: is empty"));
-}
-
 TEST(OrbitFileTest, ReadsUtcStates) {
   const SyntheticAnnotation scene;
   const OrbitFile orbit = ParseOrbitFile(scene.OrbitXml(-50.0, 150.0), "o.EOF");
@@ -148,18 +76,6 @@ TEST(OrbitFileTest, ReadsUtcStates) {
   ASSERT_EQ(orbit.states.size(), 21u);
   EXPECT_EQ(UtcText(orbit.states[0].time), "2022-10-16T23:58:10Z");
   EXPECT_LT((orbit.states[20].position_m - scene.Position_m(150.0)).norm(), 2e-9);
-}
-
-TEST(OrbitFileTest, NamesWhatIsWrong) {
-  const std::string xml = SyntheticAnnotation().OrbitXml(0.0, 50.0);
-  EXPECT_THAT(OrbitErrorOf(Replaced(xml, "EARTH_FIXED", "J2000")),
-              HasSubstr("Variable_Header.Ref_Frame: must be 'EARTH_FIXED', got 'J2000'"));
-  EXPECT_THAT(OrbitErrorOf(Replaced(xml, "<X>+6", "<X>++6")), HasSubstr("OSV.X: '++6"));
-  EXPECT_THAT(OrbitErrorOf(Replaced(xml, "<VZ>", "<WZ>0</WZ><VQ>")), HasSubstr("not valid XML"));
-  EXPECT_THAT(OrbitErrorOf(SyntheticAnnotation().OrbitXml(0.0, 0.0)),
-              HasSubstr("List_of_OSVs: has fewer than two states"));
-  EXPECT_THAT(OrbitErrorOf(SyntheticAnnotation().Xml()),
-              HasSubstr("product: is not the element expected here, <Earth_Explorer_File> is"));
 }
 
 }  // namespace

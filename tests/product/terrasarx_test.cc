@@ -22,9 +22,7 @@ namespace sarblock {
 namespace {
 
 using test::MessageOf;
-using test::Replaced;
 using test::SyntheticTerraSarX;
-using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -223,61 +221,6 @@ TEST(TerraSarXTest, VelocitiesAreUsedOnlyWhereTheyAreAskedFor) {
   // Rounded to 1 mm/s: up to 0.5 mm/s of 7.5 km/s at 850 km.
   EXPECT_GT(imported.products[0].largest_along_m, 0.01);
   EXPECT_LT(imported.products[0].largest_along_m, 0.12);
-}
-
-TEST(TerraSarXTest, WhatMakesNoSenseIsRefusedByElement) {
-  const std::string xml = SyntheticTerraSarX{}.Xml();
-  const auto refusal = [&xml](const char* from, const char* to) {
-    return MessageOf<InputError>([&] { return ParseTerraSarX(Replaced(xml, from, to), "t.xml"); });
-  };
-  EXPECT_THAT(refusal(">SSC<", ">MGD<"),
-              AllOf(HasSubstr("level1Product.productInfo.productVariantInfo.productVariant"),
-                    HasSubstr("must be 'SSC' (products in ground range and map geometry are not "
-                              "read), got 'MGD'")));
-  EXPECT_THAT(refusal("SLANTRANGE", "GROUNDRANGE"), HasSubstr("must be 'SLANTRANGE'"));
-  EXPECT_THAT(refusal("EARLYAZNEARRG", "EARLYAZFARRG"), HasSubstr("must be 'EARLYAZNEARRG'"));
-  EXPECT_THAT(refusal("ZERODOPPLER", "RAW"), HasSubstr("must be 'ZERODOPPLER'"));
-  EXPECT_THAT(refusal("RIGHT", "BACK"), HasSubstr("must be LEFT or RIGHT, got 'BACK'"));
-  EXPECT_THAT(refusal("WGS84-G1150", "J2000"), HasSubstr("(earth-fixed), got 'J2000'"));
-  EXPECT_THAT(refusal("<columnSpacing units=\"s\"", "<columnSpacing units=\"m\""),
-              HasSubstr("its attribute units must be 's', got 'm'"));
-  EXPECT_THAT(refusal("<numberOfRows>2001", "<numberOfRows>1999"),
-              AllOf(HasSubstr("columnSpacing"), HasSubstr("contradicts sceneInfo: 1998 steps")));
-  EXPECT_EQ(refusal("<numberOfRows>2001", "<numberOfRows>2000"), "");
-  EXPECT_THAT(refusal("<numberOfColumns>1001", "<numberOfColumns>1"),
-              HasSubstr("must be 2 to 10000000, got '1'"));
-  EXPECT_THAT(refusal("<firstPixel>", "<firstPixel>-"), HasSubstr("must be a number above 0"));
-  EXPECT_THAT(refusal("<level1Product", "<cossc_product"), HasSubstr("is not valid XML"));
-}
-
-TEST(TerraSarXTest, AGeorefThatMakesNoSenseIsRefusedByElement) {
-  const SyntheticTerraSarX made;
-  const std::string xml = made.GeorefXml();
-  const auto refusal = [&](const std::string& from, const std::string& to) {
-    TerraSarXProduct product = ParseTerraSarX(made.Xml(), "t.xml");
-    return MessageOf<InputError>([&] {
-      AddGeoref(Replaced(xml, from, to), "GEOREF.xml", &product);
-      return 0;
-    });
-  };
-  // 3 s are 300 lines.
-  EXPECT_THAT(refusal(made.orbit.TimeText(50.25), made.orbit.TimeText(53.25)),
-              AllOf(HasSubstr("GEOREF.xml:"),
-                    HasSubstr("gridPoint.row: contradicts the image: its time or range is that of "
-                              "301.0, 2 from it is allowed"),
-                    HasSubstr("another product?")));
-  EXPECT_THAT(refusal("<col>501", "<col>504"), HasSubstr("that of 501.0"));
-  EXPECT_THAT(refusal("<referencePoint>", "<referencePoint>x"),
-              HasSubstr("is not a finite number"));
-  EXPECT_THAT(refusal(fmt::format("{:.17E}", 1.5e-8), "1.5e-5"),
-              AllOf(HasSubstr("rangeDelay: reaches "), HasSubstr("1e-06 s at most is allowed")));
-  EXPECT_THAT(refusal(fmt::format("{:.17E}", -1.8e-4), "-0.18"),
-              AllOf(HasSubstr("azimuthShift: reaches "), HasSubstr("0.01 s at most is allowed")));
-  EXPECT_THAT(refusal("exponent=\"1\"", "exponent=\"-1\""), HasSubstr("exponent must be"));
-  EXPECT_THAT(refusal("<semiMinorAxis>6", "<semiMinorAxis>1"),
-              HasSubstr("is not a semi-axis of the Earth"));
-  EXPECT_THAT(refusal("E+02</height>", "E+05</height>"), HasSubstr("is not between -20 and 20 km"));
-  EXPECT_THAT(refusal("iaz=\"1\"", "iaz=\"x\""), HasSubstr("iaz must be an integer"));
 }
 
 TEST(TerraSarXTest, ALookSideThatTheGridContradictsIsAWarning) {

@@ -28,15 +28,6 @@ DensificationFile Read(const std::string& text, const std::vector<std::string>& 
   });
 }
 
-std::string Refusal(const std::string& text) {
-  try {
-    static_cast<void>(Read(text));
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return {};
-}
-
 constexpr char kLayouts[] =
     "[[axis]]\nkey = \"control.layout\"\nvalues = [\"corners\", \"grid\"]\n"
     "[[axis]]\nkey = \"control.count\"\nvalues = [0, 4, 9]\n";
@@ -75,25 +66,6 @@ TEST(DensificationTest, FlightsAreThoseNamed) {
   ASSERT_EQ(study.cases.size(), 1u);
   ASSERT_EQ(study.cases[0].scene.flights.size(), 2u);
   EXPECT_EQ(study.cases[0].scene.flights[0].id, "A3");
-}
-
-TEST(DensificationTest, RefusesWhatCannotBeAppliedWithPlaceAndReason) {
-  EXPECT_THAT(Refusal(""), HasSubstr("must be given: [[axis]], [[case]] or [[placement]]"));
-  EXPECT_THAT(Refusal("[[case]]\nname = \"a\"\nset = [\"points.cuont=3\"]\n"),
-              HasSubstr("s.toml:8: case.0.set: cannot be applied (a): "));
-  EXPECT_THAT(Refusal("[[case]]\nname = \"a\"\nflights = [\"X\"]\n"),
-              HasSubstr("'X' is no flight of the scene"));
-  EXPECT_THAT(Refusal("[[case]]\nname = \"a\"\nset = [\"adjust.corrections=auto\"]\n"),
-              HasSubstr("'auto' needs measured values"));
-  EXPECT_THAT(Refusal("[[axis]]\nkey = \"seed\"\nvalues = [1, 2]\nlabels = [\"a\"]\n"),
-              HasSubstr("labels: must be as many as values"));
-  EXPECT_THAT(Refusal("[verify]\nlevel = 1.0\n"), HasSubstr("level: must lie between 0 and 1"));
-  EXPECT_THAT(Refusal("[[placement]]\ncount = 2\n"), HasSubstr("sigma_m: must be given"));
-  std::string many;
-  for (int i = 0; i < 5; ++i) {
-    many += "[[axis]]\nkey = \"seed\"\nvalues = [1, 2, 3, 4, 5, 6, 7]\n";
-  }
-  EXPECT_THAT(Refusal(many), HasSubstr("more than 10000 cases"));
 }
 
 // Seeded statistics: the bound holds for all rows together with 99 percent.

@@ -2,7 +2,6 @@
 #include "studies/design.h"
 
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
 #include "sarblock/simulate/scene.h"
 
@@ -38,15 +37,6 @@ DesignFile ReadDesignText(const std::string& text, const std::string& head = kDe
   });
 }
 
-std::string DesignRefusal(const std::string& text) {
-  try {
-    static_cast<void>(ReadDesignText(text));
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return {};
-}
-
 constexpr char kTwoAxes[] =
     "[[axis]]\nname = \"range noise\"\nkey = \"looks.range_sigma_m\"\nvalues = [0.5, 2.0]\n"
     "[[axis]]\nkey = \"control.count\"\nvalues = [2, 4]\n";
@@ -69,25 +59,6 @@ TEST(DesignTest, CasesAreTheProductOfOneOrTwoAxes) {
   EXPECT_EQ(keys.cases.at(0).scene.looks.range_sigma_m, 0.7);
   EXPECT_EQ(keys.cases.at(0).scene.looks.azimuth.azimuth, 0.7);
   EXPECT_EQ(keys.choices.at(0).at(0).number, 0.7);
-}
-
-TEST(DesignTest, RefusesWhatIsWrongWithItsPlace) {
-  EXPECT_THAT(DesignRefusal(""), HasSubstr("axis: must be given once or twice, got 0 tables"));
-  EXPECT_THAT(DesignRefusal(std::string(kTwoAxes) + kTwoAxes), HasSubstr("got 4 tables"));
-  EXPECT_THAT(DesignRefusal("[[axis]]\nkey = \"looks.range_sgima_m\"\nvalues = [1]\n"),
-              HasSubstr("d.toml:7: axis.0.values[0]: cannot be applied"));
-  EXPECT_THAT(DesignRefusal("[[axis]]\nkey = \"seed\"\nkeys = [\"seed\"]\nvalues = [1]\n"),
-              HasSubstr("d.toml:7: axis.0.keys: excludes key"));
-  EXPECT_THAT(DesignRefusal(std::string(kTwoAxes) + "[goal]\nmax_sigma_up_m = 0\n"),
-              HasSubstr("goal.max_sigma_up_m: must be a number above 0, got 0"));
-  EXPECT_THAT(DesignRefusal(std::string(kTwoAxes) + "[goal]\nmax_sigma_u_m = 1\n"),
-              HasSubstr("d.toml:13: goal.max_sigma_u_m: the key is not known"));
-  EXPECT_THAT(DesignRefusal(std::string(kTwoAxes) + "[goal]\ncost = 1\n"),
-              HasSubstr("goal.cost: needs prices: a table [cost]"));
-  EXPECT_THAT(DesignRefusal(std::string(kTwoAxes) + "[goal]\ndifference_sigma_up_m = 1\n"),
-              HasSubstr("goal.difference_sigma_up_m: needs difference_m"));
-  EXPECT_THAT(DesignRefusal(std::string(kTwoAxes) + "[cost]\nmile = 1\n"),
-              HasSubstr("cost.mile: the key is not known"));
 }
 
 // Two routes: the same block predicted directly. Tracks are along x, which is east.
@@ -280,20 +251,6 @@ TEST(DesignLawTest, LawsOfATableAreThoseItWasMadeWith) {
                           "b: the worst point goes as range noise^- along, ^- across, ^1.50 up "
                           "(derived -, -, 1.50)"));
   EXPECT_EQ(LawTable(file.study, laws).Number(5, "exponent"), laws[5].law.exponent);
-}
-
-TEST(DesignLawTest, RefusesAnAxisWithoutNumbersAndCasesThatAreNone) {
-  EXPECT_THAT(
-      DesignRefusal(std::string(kLawAxes) + "[law]\naxis = \"paths\"\n"),
-      HasSubstr("law.axis: 'paths' has a value that is no number above 0, 'b'; a case of an "
-                "axis takes 'number'"));
-  EXPECT_THAT(DesignRefusal(std::string(kLawAxes) + "[law]\n"),
-              HasSubstr("law.axis: must be one of 'range noise', 'paths', got ''"));
-  EXPECT_THAT(DesignRefusal(std::string(kLawAxes) +
-                            "[law]\naxis = \"range noise\"\n[[law.derived]]\ncase = \"c\"\n"),
-              HasSubstr("law.derived.0.case: must be one of 'a', 'b', got 'c'"));
-  EXPECT_THAT(DesignRefusal(std::string(kLawAxes) + "[law]\naxis = \"range noise\"\npower = 1\n"),
-              HasSubstr("law.power: the key is not known"));
 }
 
 // Theory: docs/theory/growth.md, eq. (5). Control at one end, flat ground, ties alone.

@@ -3,10 +3,7 @@
 // adjustment beside the same one in 50 digits.
 #include "studies/stability.h"
 
-#include "sarblock/core/error.h"
-
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <set>
 #include <string>
@@ -137,28 +134,6 @@ TEST(StabilityFileTest, TakesAllFamiliesOrThoseListedOrThoseWithValues) {
   EXPECT_EQ(PlanStability(study).tasks.size(), 13U);
 }
 
-TEST(StabilityFileTest, RefusesByLineAndKeyWhatNoFamilyIs) {
-  const std::vector<std::pair<std::string, std::string>> bad = {
-      {"families = [\"sqint\"]", "s.toml:3: families[0]: 'sqint' is not known"},
-      {"families = [\"sqint\"]", "did you mean squint?"},
-      {"families = [\"base\", \"base\"]", "families[1]: is given twice"},
-      {"families = 3", "s.toml:3: families: "},
-      {"seed = 7", "s.toml:3: seed: is not used here"},
-      {"family = [{}]", "name: must be given"},
-      {"[[family]]\nname = \"points\"\nvalues = [2, 3.5]", "values[1]: must be a whole number"},
-      {"[[family]]\nname = \"points\"\nvalues = [1e9]", "values[0]: must lie between 1 and 50"},
-      {"[[family]]\nname = \"points\"\nvalues = []", "values: must not be empty"},
-      {"[[family]]\nname = \"points\"\nvalue = [2]", "s.toml:5: family.0.value: "}};
-  for (const auto& [text, words] : bad) {
-    try {
-      (void)Parsed(text);
-      ADD_FAILURE() << text;
-    } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), HasSubstr(words));
-    }
-  }
-}
-
 constexpr char kOwn[] =
     "[block.two]\nblock = \"aircraft\"\npass_count = 2\nswing_m = \"= 2 * v\"\n"
     "adjust.correction.position = { degree = 1, sigma_m = \"= 1 + v\", passes = [\"A2\"] }\n"
@@ -183,40 +158,6 @@ TEST(StabilityFileTest, MakesFamiliesOfItsOwnOfBlocksAndFormulas) {
             std::vector<double>{1.5});
   EXPECT_THAT(plan.options.groups[0].passes, testing::ElementsAre("A2"));
   EXPECT_EQ(RunStabilityStep(family, 0.5, 1).family, "mine");
-}
-
-// A text in place of another of kOwn, and what is said of it.
-TEST(StabilityFileTest, RefusesByLineAndKeyWhatMakesNoFamily) {
-  const std::vector<std::array<std::string, 3>> bad = {
-      {"= 2 * v", "= 2 * w", "s.toml:6: block.two.swing_m: has no number 'w', deg, ppm or v is"},
-      {"= 2 * v", "= 2 * (v", "s.toml:6: block.two.swing_m: needs ')' before '' at v = 0.5"},
-      {"= 2 * v", "= 2 v", "swing_m: cannot be read from 'v' at v = 0.5"},
-      {"= 2 * v", "= sinus(v)", "has no function 'sinus'"},
-      {"= 2 * v", "= 1 / (v - 2)", "s.toml:6: block.two.swing_m: is not a finite number at v = 2"},
-      {"= 2 * v", "2 * v", "s.toml:6: block.two.swing_m: is a text, a number is needed"},
-      {"= 1 + v", "= 1 - v", "s.toml:7: block.two.adjust.correction.position.sigma_m: "},
-      {"swing_m", "swign_m", "s.toml:6: block.two.swign_m: the key is not known"},
-      {"\"aircraft\"", "\"aircaft\"", "s.toml:4: block.two.block: the block 'aircaft' does not"},
-      {"\"aircraft\"", "\"two\"", "s.toml:4: block.two.block: is based on itself"},
-      {"pass_count = 2", "pass_count = 0", "s.toml:5: block.two.pass_count: must be"},
-      {"parameter = \"half_m\"", "", "s.toml:8: family.0.parameter: must be given"},
-      {"count = 3", "count = 1", "s.toml:12: family.0.values.count: must be"},
-      {"values", "value", "family.0.values: must be given"},
-      {"ground_range_m + ", "range + ", "s.toml:13: family.0.each_pass.ground_range_m: has no"},
-      {"swing_m",
-       "time_margin_s = -1e4\nswing_m",
-       "s.toml:9: family.0.values: give no block at v = 0.5: "},
-      {"\"mine\"", "\"mine\\nthine\"", "s.toml:9: family.0.name: must be one line"}};
-  for (const auto& [from, to, words] : bad) {
-    std::string text = kOwn;
-    text.replace(text.find(from), from.size(), to);
-    try {
-      (void)Parsed(text);
-      ADD_FAILURE() << text;
-    } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), HasSubstr(words));
-    }
-  }
 }
 
 // The file that is compiled in, read as the study that it is; without its recorded flights, which
