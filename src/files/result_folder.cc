@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/files/result.h"
-
 #include "sarblock/core/error.h"
 #include "sarblock/core/id_table.h"
+#include "sarblock/files/result.h"
 #include "sarblock/tables/output.h"
 
 #include <algorithm>
