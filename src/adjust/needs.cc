@@ -40,17 +40,8 @@ void AddPlanned(std::uint64_t count, ArrayBytes* to, const Vectors&... vectors) 
 }
 
 void AddAsRead(const Looks& looks, ArrayBytes* to) {
-  AddFilled(to,
-            looks.offsets,
-            looks.pass,
-            looks.flags,
-            looks.time_s,
-            looks.range_m,
-            looks.cone,
-            looks.range_sigma_m,
-            looks.azimuth_sigma,
-            looks.range_delay_m,
-            looks.time_shift_s);
+  AddFilled(to, looks.offsets);
+  Looks::ForColumns([&](const char*, auto column, auto...) { AddFilled(to, looks.*column); });
 }
 
 void AddAsRead(const Points& points, ArrayBytes* to) { AddFilled(to, points.role, points.given_m); }

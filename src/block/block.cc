@@ -126,14 +126,9 @@ void RequireArrays(const Block& block) {
   const std::size_t n = looks.size();
   RequireLength("points.role", points.role.size(), points.ids.size(), false);
   RequireLength("points.given_m", points.given_m.size(), points.size(), false);
-  RequireLength("looks.flags", looks.flags.size(), n, false);
-  RequireLength("looks.time_s", looks.time_s.size(), n, false);
-  RequireLength("looks.range_m", looks.range_m.size(), n, false);
-  RequireLength("looks.cone", looks.cone.size(), n, true);
-  RequireLength("looks.range_sigma_m", looks.range_sigma_m.size(), n, true);
-  RequireLength("looks.azimuth_sigma", looks.azimuth_sigma.size(), n, true);
-  RequireLength("looks.range_delay_m", looks.range_delay_m.size(), n, true);
-  RequireLength("looks.time_shift_s", looks.time_shift_s.size(), n, true);
+  Looks::ForColumns([&](const char* name, auto column, auto... standard) {
+    RequireLength(name, (looks.*column).size(), n, sizeof...(standard) == 1);
+  });
   const std::vector<std::uint64_t>& offsets = looks.offsets;
   if (offsets.size() != points.size() + 1) {
     throw InputError("looks.offsets",
@@ -385,15 +380,8 @@ std::vector<std::uint32_t> SortLooksByPoint(const std::vector<std::uint32_t>& po
     const auto last = old_of_new.begin() + static_cast<std::ptrdiff_t>(offsets[j + 1]);
     std::sort(first, last, by_pass);
   }
-  Gather(old_of_new, &looks->pass);
-  Gather(old_of_new, &looks->flags);
-  Gather(old_of_new, &looks->time_s);
-  Gather(old_of_new, &looks->range_m);
-  Gather(old_of_new, &looks->cone);
-  Gather(old_of_new, &looks->range_sigma_m);
-  Gather(old_of_new, &looks->azimuth_sigma);
-  Gather(old_of_new, &looks->range_delay_m);
-  Gather(old_of_new, &looks->time_shift_s);
+  Looks::ForColumns(
+      [&](const char*, auto column, auto...) { Gather(old_of_new, &(looks->*column)); });
   return old_of_new;
 }
 

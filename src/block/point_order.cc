@@ -114,16 +114,9 @@ void ReorderPoints(const PointOrder& order, Block* block) {
   Looks& looks = block->looks;
   const std::vector<std::uint64_t> before =
       std::exchange(looks.offsets, ReorderedOffsets(order, looks.offsets));
-  const auto gather = [&](auto* column) { GatherRanges(order, before, looks.offsets, column); };
-  gather(&looks.pass);
-  gather(&looks.flags);
-  gather(&looks.time_s);
-  gather(&looks.range_m);
-  gather(&looks.cone);
-  gather(&looks.range_sigma_m);
-  gather(&looks.azimuth_sigma);
-  gather(&looks.range_delay_m);
-  gather(&looks.time_shift_s);
+  Looks::ForColumns([&](const char*, auto column, auto...) {
+    GatherRanges(order, before, looks.offsets, &(looks.*column));
+  });
 }
 
 }  // namespace sarblock

@@ -11,7 +11,7 @@
 #include <unordered_map>
 #include <utility>
 
-#include "files/summary.h"
+#include "files/correction_options.h"
 #include "geometry/track_axes.h"
 #include "linear/dense.h"
 #include <Eigen/Dense>

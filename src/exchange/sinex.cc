@@ -251,8 +251,8 @@ class SinexWriter {
     Statistic("NUMBER OF DEGREES OF FREEDOM", summary.Count("redundancy"));
     // Of the observations and the degrees of freedom above, priors included.
     double factor = summary.sigma0_squared;
-    for (const files::ResultGroup& group : summary.groups) {
-      if (group.name == "all") factor = group.factor;
+    for (const ObservationGroup& group : summary.groups) {
+      if (group.name == "all") factor = group.factor();
     }
     Statistic("VARIANCE FACTOR", factor);
     Add("-SOLUTION/STATISTICS\n");

@@ -361,32 +361,26 @@ void ReadRows(const BlockReading& reading, Batch* batch, Looks* rows) {
 }
 
 template <typename Value>
-void Concatenate(const std::vector<Value>& part, std::vector<Value>* all) {
+void Concatenate(const std::vector<Value>& part, std::size_t, std::vector<Value>* all) {
   all->insert(all->end(), part.begin(), part.end());
 }
 
 /// The same of a column that begins to exist with its first value other than `standard`.
 void Concatenate(const std::vector<double>& part,
-                 double standard,
                  std::size_t rows_before,
-                 std::vector<double>* all) {
+                 std::vector<double>* all,
+                 double standard) {
   if (part.empty() && all->empty()) return;
   all->resize(rows_before, standard);
-  Concatenate(part, all);
+  Concatenate(part, rows_before, all);
 }
 
 /// Rows behind those of `all`.
 void AppendRows(const Looks& part, Looks* all) {
   const std::size_t before = all->size();
-  Concatenate(part.cone, 0.0, before, &all->cone);
-  Concatenate(part.range_sigma_m, kNotGiven, before, &all->range_sigma_m);
-  Concatenate(part.azimuth_sigma, kNotGiven, before, &all->azimuth_sigma);
-  Concatenate(part.range_delay_m, 0.0, before, &all->range_delay_m);
-  Concatenate(part.time_shift_s, 0.0, before, &all->time_shift_s);
-  Concatenate(part.time_s, &all->time_s);
-  Concatenate(part.range_m, &all->range_m);
-  Concatenate(part.pass, &all->pass);
-  Concatenate(part.flags, &all->flags);
+  Looks::ForColumns([&](const char*, auto column, auto... standard) {
+    Concatenate(part.*column, before, &(all->*column), standard...);
+  });
 }
 
 /// The point of an id; a tie point that points.csv does not name, if it is new. `likely` is its
@@ -430,14 +424,10 @@ void ReadLooks(BlockReading* reading) {
     Step(reading->options.progress, "read", looks.size(), 0, "looks");
   };
   ForBatches<Looks>(table.get(), read, append);
-  const auto fill = [&looks](double standard, std::vector<double>* column) {
-    if (!column->empty()) column->resize(looks.size(), standard);  // the last rows gave none
-  };
-  fill(0.0, &looks.cone);
-  fill(kNotGiven, &looks.range_sigma_m);
-  fill(kNotGiven, &looks.azimuth_sigma);
-  fill(0.0, &looks.range_delay_m);
-  fill(0.0, &looks.time_shift_s);
+  Looks::ForColumns([&](const char*, auto column, auto... standard) {
+    // The last rows gave none.
+    if (!(looks.*column).empty()) (looks.*column).resize(looks.size(), standard...);
+  });
   WarnOfDoubts(*table, &reading->result.warnings);
   table.reset();  // sorting takes the most memory
   Looks& sorted = reading->result.block.looks;

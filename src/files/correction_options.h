@@ -13,6 +13,8 @@
 
 namespace sarblock::files {
 
+struct ResultFile;
+
 /// Kinds of correction groups in the order of CorrectionGroup::model.
 const std::vector<std::string>& CorrectionKinds();
 
@@ -50,5 +52,10 @@ AdjustTable ReadAdjust(const TomlTable& block_toml, const std::vector<std::strin
 
 /// The name of the value that an option of type text has: "covariance", "quality.test".
 std::string NameOfChoice(std::string_view key, const AdjustTable& options);
+
+/// The correction groups that a result was made with, given or chosen, from the configuration in
+/// its summary; none of `intersect`. Throws InputError where the configuration is not one that
+/// `adjust` writes.
+[[nodiscard]] std::vector<CorrectionGroup> CorrectionsOf(const ResultFile& result);
 
 }  // namespace sarblock::files

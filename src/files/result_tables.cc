@@ -552,4 +552,30 @@ void WriteGeoJson(const std::filesystem::path& file, const GeoJsonContent& conte
   out.Commit();
 }
 
+void WriteMonteCarloTable(TableSink* sink, const ResultView& view) {
+  constexpr const auto& kColumns = kMonteCarloColumns;
+  const auto table = sink->Open("montecarlo", kColumns);
+  const MonteCarloReport& report = *view.result.montecarlo;
+  WriteEach(report.square.size(), table.get(), [&](std::size_t point, Batch* batch) {
+    if (report.runs == 0 || std::isnan(report.square[point])) return;
+    const std::array<double, 6>& sample_m2 = report.sample_m2[point];
+    const SymmetricEnu& rigorous_m2 = view.result.points.covariance_m2[point];
+    NewRow row(batch);
+    row.Id(kColumns("point"), view.block.points.ids, static_cast<std::uint32_t>(point));
+    std::array<double, 3> sample_m{}, rigorous_m{}, ratio{}, coverage{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      sample_m[i] = std::sqrt(sample_m2[i]);
+      rigorous_m[i] = std::sqrt(rigorous_m2[i]);
+      ratio[i] = std::sqrt(sample_m2[i] / rigorous_m2[i]);
+      coverage[i] = static_cast<double>(report.inside[i][point]) / report.runs;
+    }
+    row.Numbers(kColumns("sample_sigma_e_m", "sample_sigma_n_m", "sample_sigma_u_m"), sample_m);
+    row.Numbers(kColumns("sigma_e_m", "sigma_n_m", "sigma_u_m"), rigorous_m);
+    row.Numbers(kColumns("ratio_e", "ratio_n", "ratio_u"), ratio);
+    row.Number(kColumns("normalised_square"), report.square[point]);
+    row.Numbers(kColumns("coverage_50", "coverage_90", "coverage_99"), coverage);
+  });
+  table->Commit();
+}
+
 }  // namespace sarblock::files

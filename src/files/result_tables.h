@@ -66,6 +66,8 @@ void WriteResidualTable(TableSink* sink, const ResultView& view);
 void WriteControlTable(TableSink* sink, const ResultView& view);
 void WritePairTable(TableSink* sink, const ResultView& view);
 void WriteStripTable(TableSink* sink, const ResultView& view);
+/// montecarlo.csv: the points compared, sample against rigorous standard deviations.
+void WriteMonteCarloTable(TableSink* sink, const ResultView& view);
 
 /// Name of a role in tables: "tie", "control", "check".
 [[nodiscard]] const char* NameOf(PointRole role);

@@ -9,14 +9,17 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
+#include <concepts>
 #include <initializer_list>
-#include <memory>
 #include <sstream>
 #include <string>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+#include <vector>
 
 #include "block_file.h"
-#include "core/threads.h"
+#include "core/text.h"
 #include "correction_options.h"
 #include "quality/assess.h"
 #include "result_tables.h"
@@ -30,6 +33,218 @@ namespace sarblock::files {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+constexpr const char* kResultFormat = "sarblock-result 1";
+
+/// What an object of the summary holds is listed once, by a function List(members, value): a
+/// MemberWriter makes the object of the value, a MemberReader the value of the object.
+class MemberWriter {
+ public:
+  explicit MemberWriter(Json* json) : json_(json) {}
+  template <typename T>
+  void operator()(const char* name, const T& value) const {
+    (*json_)[name] = value;
+  }
+  template <typename T>
+  void Required(const char* name, const T& value) const {
+    (*this)(name, value);
+  }
+  /// A figure that follows from the others, for who reads the file.
+  template <typename T>
+  void Derived(const char* name, const T& value) const {
+    (*this)(name, value);
+  }
+  /// An index, as the name that belongs to it.
+  template <typename T>
+  void Choice(const char* name, const T& value, const std::vector<std::string>& names) const {
+    (*json_)[name] = names.at(static_cast<std::size_t>(value));
+  }
+
+ private:
+  Json* json_;
+};
+
+/// Members that are missing or null: NaN, and the values of a structure as it is made.
+class MemberReader {
+ public:
+  explicit MemberReader(const JsonValue& section) : section_(section) {}
+  template <typename T>
+  void operator()(const char* name, T& value) const {
+    if (const auto found = section_.Find(name)) {
+      Get(*found, value);
+    } else if constexpr (std::is_floating_point_v<T>) {
+      value = kNotGiven;
+    }
+  }
+  template <typename T>
+  void Required(const char* name, T& value) const {
+    Get(section_.Require(name), value);
+  }
+  template <typename T>
+  void Derived(const char*, const T&) const {}
+  template <typename T>
+  void Choice(const char* name, T& value, const std::vector<std::string>& names) const {
+    if (const auto found = section_.Find(name)) value = static_cast<T>(found->OneOf(names));
+  }
+
+ private:
+  static void Get(const JsonValue& from, double& value) { value = from.Number(); }
+  static void Get(const JsonValue& from, bool& value) { value = from.Flag(); }
+  static void Get(const JsonValue& from, std::string& value) { value = from.Text(); }
+  template <std::integral T>
+  static void Get(const JsonValue& from, T& value) {
+    value = static_cast<T>(from.Count());
+  }
+  static void Get(const JsonValue& from, std::vector<std::string>& values) {
+    for (const JsonValue& entry : from.Entries()) values.push_back(entry.Text());
+  }
+
+  JsonValue section_;
+};
+
+/// U, constant where it is written.
+template <typename T, typename U>
+concept Either = std::same_as<std::remove_const_t<T>, U>;
+
+template <typename Members, Either<ObservationGroup> T>
+void List(const Members& members, T& group) {
+  members("group", group.name);
+  members("square_sum", group.square_sum);
+  members("redundancy", group.redundancy);
+  members.Derived("factor", group.factor());
+  members.Derived("sigma", group.factor_deviation());
+  members("lower", group.band.lower);
+  members("upper", group.band.upper);
+}
+
+template <typename Members, Either<ResultReduction> T>
+void List(const Members& members, T& reduction) {
+  members("pass", reduction.pass);
+  members("term", reduction.term);
+  members("unit", reduction.unit);
+  members("mean", reduction.mean);
+  members("least", reduction.least);
+  members("largest", reduction.largest);
+}
+
+template <typename Members, Either<DifferenceClass> T>
+void List(const Members& members, T& difference) {
+  members.Choice("direction", difference.along, {"across", "along"});
+  members("distance_m", difference.distance_m);
+  members("pairs", difference.pairs);
+  members("sigma_along_m", difference.sigma_along_m);
+  members("sigma_across_m", difference.sigma_across_m);
+  members("sigma_up_m", difference.sigma_up_m);
+}
+
+template <typename Members, Either<ResultFinding> T>
+void List(const Members& members, T& finding) {
+  members("round", finding.round);
+  members("point", finding.point);
+  members("passes", finding.passes);
+  members("control", finding.control);
+  members("component", finding.component);
+  members("w", finding.w);
+  members("located", finding.located);
+  members("action", finding.action);
+  members("note", finding.note);
+}
+
+template <typename Members, Either<VarianceComponent> T>
+void List(const Members& members, T& component) {
+  members("group", component.group);
+  members.Choice("component", component.component, {"range", "azimuth"});
+  members("looks", component.looks);
+  members("redundancy", component.redundancy);
+  members("estimated", component.estimated);
+  members("factor", component.factor);
+  members("factor_sigma", component.factor_deviation);
+  members("sigma_before", component.sigma_before);
+  members.Derived("sigma_after", component.sigma_after());
+  members.Derived("sigma_after_sigma", component.sigma_deviation());
+  members("unit", component.unit);
+  members("note", component.note);
+}
+
+template <typename Members, Either<ResultRepetition::Figure> T>
+void List(const Members& members, T& figure) {
+  members("expected", figure.expected);
+  members("mean", figure.mean);
+  members("lower", figure.lower);
+  members("upper", figure.upper);
+  members("agrees", figure.agrees);
+}
+
+template <typename Members, Either<InputFile> T>
+void List(const Members& members, T& file) {
+  members("file", file.name);
+  members("bytes", file.bytes);
+  members("sha256", file.sha256);
+}
+
+template <typename Members, typename T>
+void ListAcceptance(const Members& members, T& test) {
+  members.Required("lower", test.lower);
+  members.Required("upper", test.upper);
+  members.Required("level", test.level);
+  members.Required("passed", test.passed);
+}
+
+/// A test of `variance_components`.
+template <typename Members, Either<ResultTest> T>
+void List(const Members& members, T& test) {
+  members("sigma0_squared", test.sigma0_squared);
+  members("redundancy", test.redundancy);
+  members.Derived("value", test.sigma0_squared * test.redundancy);
+  ListAcceptance(members, test);
+}
+
+/// `chi_square`, beside which the summary has sigma0_squared.
+template <typename Members, typename T>
+void ListChiSquare(const Members& members, T& test) {
+  members.Derived("value", test.sigma0_squared * test.redundancy);
+  members("redundancy", test.redundancy);
+  ListAcceptance(members, test);
+}
+
+/// How an AdjustResult, or a ResultSummary, came to its solution.
+template <typename Members, typename T>
+void ListSolution(const Members& members, T& result) {
+  members.Required("iterations", result.iterations);
+  members.Required("initial_cost", result.initial_cost);
+  members.Required("final_cost", result.final_cost);
+  members.Required("gradient", result.gradient);
+  members("remaining_step", result.remaining_step);
+  members.Required("sigma0_squared", result.sigma0_squared);
+}
+
+template <typename T>
+Json Written(const T& value) {
+  Json json = Json::object();
+  List(MemberWriter(&json), value);
+  return json;
+}
+template <typename T>
+Json WrittenAll(const std::vector<T>& values) {
+  Json list = Json::array();
+  for (const T& value : values) list.push_back(Written(value));
+  return list;
+}
+template <typename T>
+T ReadAs(const JsonValue& section) {
+  T value{};
+  List(MemberReader(section), value);
+  return value;
+}
+
+/// The figures of repeated noise, in the order of MonteCarloSection().
+constexpr std::array kRepeatedFigures = {"normalised_square",
+                                         "variance_ratio_e",
+                                         "variance_ratio_n",
+                                         "variance_ratio_u",
+                                         "coverage_50",
+                                         "coverage_90",
+                                         "coverage_99"};
 
 const char* NameOf(AdjustStatus status) {
   switch (status) {
@@ -124,39 +339,35 @@ Json Curvatures(const AdjustResult& result) {
   return curvatures;
 }
 
-Json ChiSquare(const AdjustTable& options, const AdjustResult& result) {
-  if (std::isnan(result.sigma0_squared)) return nullptr;
-  return {{"value", result.sigma0_squared * result.test_redundancy},
-          {"redundancy", result.test_redundancy},
-          {"lower", result.chi_square.lower},
-          {"upper", result.chi_square.upper},
-          {"level", options.test_level},
-          {"passed", result.chi_square_passed}};
+ResultTest TestOf(const GlobalTest& test, const AdjustTable& options) {
+  return {test.sigma0_squared,
+          test.redundancy,
+          test.chi_square.lower,
+          test.chi_square.upper,
+          options.test_level,
+          test.passed};
 }
 
-Json Groups(const AdjustResult& result) {
-  Json groups = Json::array();
-  for (const ObservationGroup& group : result.assessment.groups) {
-    groups.push_back({{"group", group.name},
-                      {"square_sum", group.square_sum},
-                      {"redundancy", group.redundancy},
-                      {"factor", group.factor()},
-                      {"sigma", group.factor_deviation()},
-                      {"lower", group.band.lower},
-                      {"upper", group.band.upper}});
-  }
-  return groups;
+/// The test of the result as it is.
+ResultTest TestOf(const AdjustResult& result, const AdjustTable& options) {
+  return TestOf(
+      {result.sigma0_squared, result.test_redundancy, result.chi_square, result.chi_square_passed},
+      options);
+}
+
+Json ChiSquare(const AdjustTable& options, const AdjustResult& result) {
+  if (std::isnan(result.sigma0_squared)) return nullptr;
+  const ResultTest test = TestOf(result, options);
+  Json json;
+  ListChiSquare(MemberWriter(&json), test);
+  return json;
 }
 
 Json ReductionsJson(const Block& block, const AdjustResult& result) {
   Json terms = Json::array();
   for (const ReductionTerm& term : result.reductions.terms) {
-    terms.push_back({{"pass", block.passes[term.pass].id},
-                     {"term", term.term},
-                     {"unit", term.unit},
-                     {"mean", term.mean},
-                     {"least", term.least},
-                     {"largest", term.largest}});
+    terms.push_back(Written(ResultReduction{
+        block.passes[term.pass].id, term.term, term.unit, term.mean, term.least, term.largest}));
   }
   return terms;
 }
@@ -201,175 +412,6 @@ Json Stages(std::initializer_list<const std::vector<StageCost>*> lists) {
   }
   return stages;
 }
-
-std::string Summary(const Block& block,
-                    const AdjustTable& options,
-                    const AdjustResult& result,
-                    const ResultContext& context,
-                    const std::vector<StageCost>& written,
-                    const std::vector<TableSum>& tables) {
-  Json summary;
-  summary["format"] = "sarblock-result 1";
-  summary["version"] = Version();
-  summary["command"] = context.command;
-  summary["block"] = block.name;
-  summary["status"] = NameOf(result.status);
-  summary["verdict"] = NameOf(result.assessment.verdict);
-  summary["verdict_reasons"] = result.assessment.reasons;
-  summary["accepted"] = result.usable();
-  summary["frame"] = FrameJson(block);
-  summary["passes"] = PassesJson(block);
-  summary["counts"] = Counts(block, result);
-  summary["iterations"] = result.iterations;
-  summary["initial_cost"] = result.initial_cost;
-  summary["final_cost"] = result.final_cost;
-  summary["gradient"] = result.gradient;
-  summary["remaining_step"] = result.remaining_step;
-  summary["sigma0_squared"] = result.sigma0_squared;
-  summary["sigma_scaled_by_posterior"] = options.scale_by_posterior;
-  summary["chi_square"] = ChiSquare(options, result);
-  summary["groups"] = Groups(result);
-  if (!result.reductions.terms.empty()) summary["reductions"] = ReductionsJson(block, result);
-  if (!result.checks.empty()) {
-    summary["check_points"] =
-        CheckPointsJson(result.assessment.checks, LevelOfOneTest(options.test_level));
-  }
-  if (!result.quality.empty()) summary["quality"] = QualityJson(block, options, result);
-  if (!result.assessment.differences.empty()) {
-    summary["differences"] = DifferencesJson(result.assessment.differences);
-  }
-  if (result.snooping) summary["snooping"] = SnoopingJson(block, *result.snooping);
-  if (result.variance_components) {
-    summary["variance_components"] = VarianceComponentsSection(options, result);
-  }
-  if (result.montecarlo) summary["montecarlo"] = MonteCarloSection(*result.montecarlo);
-  summary["covariance"] = NameOfChoice("covariance", options);
-  summary["condition"] = result.condition;
-  if (!result.curvatures.empty()) summary["curvatures"] = Curvatures(result);
-  if (!result.selection.empty()) summary["selection"] = Selection(result.selection);
-  if (context.diagnosis) summary["diagnosis"] = DiagnosisSection(*context.diagnosis);
-  summary["stages"] = Stages({&context.stages, &result.stages, &written});
-  summary["warnings"] = context.warnings;
-  for (const std::string& warning : result.warnings) summary["warnings"].push_back(warning);
-  summary["inputs"] = InputsJson(context.inputs);
-  if (!tables.empty()) summary["tables"] = TablesJson(tables);
-  summary["configuration"] = ConfigurationJson(options);
-  return summary.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-}
-
-}  // namespace
-
-std::string SummaryJson(const Block& block,
-                        const AdjustTable& options,
-                        const AdjustResult& result,
-                        const ResultContext& context) {
-  return Summary(block, options, result, context, {}, {});
-}
-
-namespace {
-
-/// By pass: the names of the corrections of the result that its corrected states do not hold.
-std::vector<std::string> NotInStates(const ResultView& view) {
-  std::vector<std::string> out(view.pass_ids.size());
-  const auto add = [&out](std::uint32_t pass, const std::string& name) {
-    out[pass] += (out[pass].empty() ? "" : " ") + name;
-  };
-  const SelectionReport& selection = view.result.selection;
-  const std::vector<CorrectionGroup>& groups =
-      selection.empty() ? view.options.groups : selection.groups;
-  for (const ParameterResult& parameter : view.result.parameters) {
-    if (parameter.name.starts_with("position.") || parameter.value == 0.0) continue;
-    const auto shared = std::find_if(groups.begin(), groups.end(), [&](const CorrectionGroup& g) {
-      return g.shared && g.name == parameter.owner;
-    });
-    if (shared == groups.end()) {
-      const std::uint32_t own = view.pass_ids.Find(parameter.owner);
-      if (own != IdTable::kNone) add(own, parameter.name);
-      continue;
-    }
-    for (std::uint32_t pass = 0; pass < out.size(); ++pass) {
-      if (IsOf(*shared, std::string(view.pass_ids[pass]))) add(pass, parameter.name);
-    }
-  }
-  for (std::string& names : out) {
-    if (names.empty()) names = kAllAdjusted;
-  }
-  return out;
-}
-
-void WriteResultTables(TableSink* sink, const ResultView& view, std::size_t ellipse_limit) {
-  const Block& block = view.block;
-  const AdjustResult& result = view.result;
-  WritePointTable(sink, view);
-  WriteParameterTable(sink, view);
-  WriteParameterCovariance(sink, view);
-  if (!result.selection.empty()) {
-    WriteSelectionTable(sink, view);
-    WriteSimplificationTable(sink, view);
-  }
-  WriteStripTable(sink, view);
-  WriteResidualTable(sink, view);
-  if (!result.control_quality.empty()) WriteControlTable(sink, view);
-  if (view.options.pairs != PairChoice::kNone || !result.pairs.empty()) WritePairTable(sink, view);
-  if (result.montecarlo) WriteMonteCarloTable(sink, view);
-  if (result.corrected_paths.empty()) {
-    WritePaths(sink, "trajectories", view.pass_ids, NominalPaths(block));
-  } else {
-    WritePaths(sink, "trajectories", view.pass_ids, result.corrected_paths, NotInStates(view));
-  }
-  const auto folder = sink->folder();
-  if (block.frame.kind() != FrameKind::kGeocentric || !folder) return;
-  WriteGeoJson(*folder / "points.geojson",
-               {.frame = block.frame,
-                .name = block.name,
-                .ids = block.points.ids,
-                .role = block.points.role,
-                .points = result.points,
-                .polygons = result.points.status.size() <= ellipse_limit});
-}
-
-}  // namespace
-
-std::string WriteResult(const std::filesystem::path& target,
-                        const Block& block,
-                        const AdjustTable& options,
-                        const AdjustResult& result,
-                        const ResultContext& context) {
-  const IdTable passes = PassIds(block);
-  const ResultView view{block, passes, options, result};
-  ResultContext said = context;
-  if (block.frame.kind() == FrameKind::kGeocentric && !NamesContainer(target) &&
-      result.points.status.size() > context.ellipse_limit) {
-    said.warnings.push_back(
-        "points.geojson has the numbers of the error ellipses but not their "
-        "polygons, there are more than " +
-        std::to_string(context.ellipse_limit) + " points");
-  }
-  std::string summary;
-  const BlockIds ids{&passes, &block.points.ids};
-  const auto write = [&](TableSink* sink) {
-    std::vector<StageCost> written;
-    {
-      const StageTimer timer("write", &written);
-      WriteResultTables(sink, view, context.ellipse_limit);
-    }
-    const auto folder = sink->folder();
-    summary =
-        Summary(block,
-                options,
-                result,
-                said,
-                written,
-                folder ? SumsOfTables(*folder, FolderContent::kResult) : std::vector<TableSum>());
-    sink->WriteText("summary.json", summary);
-  };
-  WriteTables(FolderContent::kResult, target, context.compression, ids, write);
-  return summary;
-}
-
-namespace {
-
-using Json = nlohmann::ordered_json;
 
 const char* ComponentName(bool azimuth) { return azimuth ? "azimuth" : "range"; }
 
@@ -436,21 +478,6 @@ Json CheckedJson(const Block& block, const QualitySummary& summary) {
   return json;
 }
 
-}  // namespace
-
-Json DifferencesJson(const std::vector<DifferenceClass>& differences) {
-  Json json = Json::array();
-  for (const DifferenceClass& of : differences) {
-    json.push_back({{"direction", of.along ? "along" : "across"},
-                    {"distance_m", of.distance_m},
-                    {"pairs", of.pairs},
-                    {"sigma_along_m", of.sigma_along_m},
-                    {"sigma_across_m", of.sigma_across_m},
-                    {"sigma_up_m", of.sigma_up_m}});
-  }
-  return json;
-}
-
 Json QualityJson(const Block& block, const AdjustTable& options, const AdjustResult& result) {
   const QualitySummary& summary = result.assessment.tests;
   const ReliabilityFigures& figures = summary.figures;
@@ -484,19 +511,19 @@ Json QualityJson(const Block& block, const AdjustTable& options, const AdjustRes
 Json SnoopingJson(const Block& block, const SnoopingReport& report) {
   Json findings = Json::array();
   for (const BlunderFinding& finding : report.findings) {
-    Json passes = Json::array();
+    std::vector<std::string> passes;
     for (const std::uint64_t look : finding.looks) {
       passes.push_back(block.passes[block.looks.pass[look]].id);
     }
-    findings.push_back({{"round", finding.round},
-                        {"point", std::string(block.points.ids[finding.point])},
-                        {"passes", passes},
-                        {"control", finding.control},
-                        {"component", ComponentName(finding.azimuth)},
-                        {"w", finding.w},
-                        {"located", finding.located()},
-                        {"action", NameOf(finding.action)},
-                        {"note", finding.note}});
+    findings.push_back(Written(ResultFinding{static_cast<std::size_t>(finding.round),
+                                             std::string(block.points.ids[finding.point]),
+                                             std::move(passes),
+                                             finding.control,
+                                             ComponentName(finding.azimuth),
+                                             NameOf(finding.action),
+                                             finding.note,
+                                             finding.w,
+                                             finding.located()}));
   }
   return {{"rounds", report.rounds},
           {"left_out_by_robust_start", report.robust.size()},
@@ -523,54 +550,14 @@ Json CheckPointsJson(const CheckSummary& summary, double level) {
   return json;
 }
 
-namespace {
-
-using Json = nlohmann::ordered_json;
-
-Json TestSection(const GlobalTest& test, double level) {
-  return {{"sigma0_squared", test.sigma0_squared},
-          {"redundancy", test.redundancy},
-          {"value", test.sigma0_squared * test.redundancy},
-          {"lower", test.chi_square.lower},
-          {"upper", test.chi_square.upper},
-          {"level", level},
-          {"passed", test.passed}};
-}
-
-Json MeanSection(const RunMean& mean) {
-  return {{"expected", mean.expected},
-          {"mean", mean.mean},
-          {"lower", mean.lower()},
-          {"upper", mean.upper()},
-          {"agrees", mean.Agrees()}};
-}
-
-}  // namespace
-
 Json VarianceComponentsSection(const AdjustTable& options, const AdjustResult& result) {
   const VarianceComponentReport& report = *result.variance_components;
   Json section;
   section["iterations"] = report.iterations;
   section["converged"] = report.converged;
-  section["before"] = TestSection(report.before, options.test_level);
-  section["after"] = TestSection(
-      {result.sigma0_squared, result.test_redundancy, result.chi_square, result.chi_square_passed},
-      options.test_level);
-  section["components"] = Json::array();
-  for (const VarianceComponent& c : report.components) {
-    section["components"].push_back({{"group", c.group},
-                                     {"component", c.component == 0 ? "range" : "azimuth"},
-                                     {"looks", c.looks},
-                                     {"redundancy", c.redundancy},
-                                     {"estimated", c.estimated},
-                                     {"factor", c.factor},
-                                     {"factor_sigma", c.factor_deviation},
-                                     {"sigma_before", c.sigma_before},
-                                     {"sigma_after", c.sigma_after()},
-                                     {"sigma_after_sigma", c.sigma_deviation()},
-                                     {"unit", c.unit},
-                                     {"note", c.note}});
-  }
+  section["before"] = Written(TestOf(report.before, options));
+  section["after"] = Written(TestOf(result, options));
+  section["components"] = WrittenAll(report.components);
   return section;
 }
 
@@ -581,47 +568,22 @@ Json MonteCarloSection(const MonteCarloReport& report) {
   section["seed"] = report.seed;
   section["points"] = report.points;
   section["confidence"] = 0.99;
-  section["normalised_square"] = MeanSection(report.square_ratio);
-  section["variance_ratio_e"] = MeanSection(report.variance_ratio[0]);
-  section["variance_ratio_n"] = MeanSection(report.variance_ratio[1]);
-  section["variance_ratio_u"] = MeanSection(report.variance_ratio[2]);
-  section["coverage_50"] = MeanSection(report.coverage[0]);
-  section["coverage_90"] = MeanSection(report.coverage[1]);
-  section["coverage_99"] = MeanSection(report.coverage[2]);
+  const std::array<RunMean, kRepeatedFigures.size()> means = {report.square_ratio,
+                                                              report.variance_ratio[0],
+                                                              report.variance_ratio[1],
+                                                              report.variance_ratio[2],
+                                                              report.coverage[0],
+                                                              report.coverage[1],
+                                                              report.coverage[2]};
+  for (std::size_t k = 0; k < means.size(); ++k) {
+    const RunMean& mean = means[k];
+    section[kRepeatedFigures[k]] = Written(ResultRepetition::Figure{
+        {}, mean.expected, mean.mean, mean.lower(), mean.upper(), mean.Agrees()});
+  }
   section["points_outside"] = report.points_outside;
   section["verdict"] = report.sentence;
   return section;
 }
-
-void WriteMonteCarloTable(TableSink* sink, const ResultView& view) {
-  constexpr const auto& kColumns = kMonteCarloColumns;
-  const auto table = sink->Open("montecarlo", kColumns);
-  const MonteCarloReport& report = *view.result.montecarlo;
-  WriteEach(report.square.size(), table.get(), [&](std::size_t point, Batch* batch) {
-    if (report.runs == 0 || std::isnan(report.square[point])) return;
-    const std::array<double, 6>& sample_m2 = report.sample_m2[point];
-    const SymmetricEnu& rigorous_m2 = view.result.points.covariance_m2[point];
-    NewRow row(batch);
-    row.Id(kColumns("point"), view.block.points.ids, static_cast<std::uint32_t>(point));
-    std::array<double, 3> sample_m{}, rigorous_m{}, ratio{}, coverage{};
-    for (std::size_t i = 0; i < 3; ++i) {
-      sample_m[i] = std::sqrt(sample_m2[i]);
-      rigorous_m[i] = std::sqrt(rigorous_m2[i]);
-      ratio[i] = std::sqrt(sample_m2[i] / rigorous_m2[i]);
-      coverage[i] = static_cast<double>(report.inside[i][point]) / report.runs;
-    }
-    row.Numbers(kColumns("sample_sigma_e_m", "sample_sigma_n_m", "sample_sigma_u_m"), sample_m);
-    row.Numbers(kColumns("sigma_e_m", "sigma_n_m", "sigma_u_m"), rigorous_m);
-    row.Numbers(kColumns("ratio_e", "ratio_n", "ratio_u"), ratio);
-    row.Number(kColumns("normalised_square"), report.square[point]);
-    row.Numbers(kColumns("coverage_50", "coverage_90", "coverage_99"), coverage);
-  });
-  table->Commit();
-}
-
-namespace {
-
-using Json = nlohmann::ordered_json;
 
 /// null where there is no number.
 Json Number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
@@ -637,9 +599,18 @@ Json CureJson(const Explanation::Cure& cure) {
           {"points", cure.points}};
 }
 
+Json ConfigurationJson(const AdjustTable& options) {
+  const toml::table table = toml::parse(DumpAdjustTable(options));
+  std::ostringstream text;
+  text << toml::json_formatter{*table.get("adjust")};
+  auto configuration = Json::parse(text.str());
+  configuration["threads"] = options.threads;
+  return configuration;
+}
+
 }  // namespace
 
-Json DiagnosisSection(const Diagnosis& diagnosis) {
+nlohmann::ordered_json DiagnosisSection(const Diagnosis& diagnosis) {
   Json section = Json::array();
   for (const Explanation& reported : diagnosis.explanations) {
     section.push_back({{"kind", NameOf(reported.kind)},
@@ -664,21 +635,61 @@ Json DiagnosisSection(const Diagnosis& diagnosis) {
   return section;
 }
 
-nlohmann::ordered_json ConfigurationJson(const AdjustTable& options) {
-  const toml::table table = toml::parse(DumpAdjustTable(options));
-  std::ostringstream text;
-  text << toml::json_formatter{*table.get("adjust")};
-  auto configuration = nlohmann::ordered_json::parse(text.str());
-  configuration["threads"] = options.threads;
-  return configuration;
+std::string SummaryText(const Block& block,
+                        const AdjustTable& options,
+                        const AdjustResult& result,
+                        const ResultContext& context,
+                        const std::vector<StageCost>& written,
+                        const std::vector<TableSum>& tables) {
+  Json summary;
+  summary["format"] = kResultFormat;
+  summary["version"] = Version();
+  summary["command"] = context.command;
+  summary["block"] = block.name;
+  summary["status"] = NameOf(result.status);
+  summary["verdict"] = NameOf(result.assessment.verdict);
+  summary["verdict_reasons"] = result.assessment.reasons;
+  summary["accepted"] = result.usable();
+  summary["frame"] = FrameJson(block);
+  summary["passes"] = PassesJson(block);
+  summary["counts"] = Counts(block, result);
+  ListSolution(MemberWriter(&summary), result);
+  summary["sigma_scaled_by_posterior"] = options.scale_by_posterior;
+  summary["chi_square"] = ChiSquare(options, result);
+  summary["groups"] = WrittenAll(result.assessment.groups);
+  if (!result.reductions.terms.empty()) summary["reductions"] = ReductionsJson(block, result);
+  if (!result.checks.empty()) {
+    summary["check_points"] =
+        CheckPointsJson(result.assessment.checks, LevelOfOneTest(options.test_level));
+  }
+  if (!result.quality.empty()) summary["quality"] = QualityJson(block, options, result);
+  if (!result.assessment.differences.empty()) {
+    summary["differences"] = WrittenAll(result.assessment.differences);
+  }
+  if (result.snooping) summary["snooping"] = SnoopingJson(block, *result.snooping);
+  if (result.variance_components) {
+    summary["variance_components"] = VarianceComponentsSection(options, result);
+  }
+  if (result.montecarlo) summary["montecarlo"] = MonteCarloSection(*result.montecarlo);
+  summary["covariance"] = NameOfChoice("covariance", options);
+  summary["condition"] = result.condition;
+  if (!result.curvatures.empty()) summary["curvatures"] = Curvatures(result);
+  if (!result.selection.empty()) summary["selection"] = Selection(result.selection);
+  if (context.diagnosis) summary["diagnosis"] = DiagnosisSection(*context.diagnosis);
+  summary["stages"] = Stages({&context.stages, &result.stages, &written});
+  summary["warnings"] = context.warnings;
+  for (const std::string& warning : result.warnings) summary["warnings"].push_back(warning);
+  summary["inputs"] = WrittenAll(context.inputs);
+  if (!tables.empty()) summary["tables"] = TablesJson(tables);
+  summary["configuration"] = ConfigurationJson(options);
+  return summary.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-nlohmann::ordered_json InputsJson(const std::vector<InputFile>& files) {
-  auto inputs = nlohmann::ordered_json::array();
-  for (const InputFile& file : files) {
-    inputs.push_back({{"file", file.name}, {"bytes", file.bytes}, {"sha256", file.sha256}});
-  }
-  return inputs;
+std::string SummaryJson(const Block& block,
+                        const AdjustTable& options,
+                        const AdjustResult& result,
+                        const ResultContext& context) {
+  return SummaryText(block, options, result, context, {}, {});
 }
 
 nlohmann::ordered_json TablesJson(const std::vector<TableSum>& tables) {
@@ -689,72 +700,190 @@ nlohmann::ordered_json TablesJson(const std::vector<TableSum>& tables) {
   return list;
 }
 
-std::string Sha256OfFile(const std::filesystem::path& file) { return Sha256Of(file); }
-
-std::vector<InputFile> ListInputFiles(const std::filesystem::path& block,
-                                      const AdjustTable& options) {
-  std::vector<std::filesystem::path> files;
-  if (std::filesystem::is_regular_file(block)) {
-    files.push_back(block);
-  } else {
-    files.push_back(block / "block.toml");
-    for (const char* table : {"trajectories", "observations", "points"}) {
-      if (const auto found = FindTable(block, table)) files.push_back(*found);
-    }
-  }
-  for (const std::string& list : {options.pairs_file, options.rejections_file}) {
-    if (!list.empty()) files.push_back(FolderOf(block) / list);
-  }
-  std::vector<InputFile> out;
-  for (const std::filesystem::path& file : files) {
-    if (!std::filesystem::is_regular_file(file)) continue;
-    out.push_back({file.filename().string(), std::filesystem::file_size(file), Sha256OfFile(file)});
-  }
-  return out;
-}
-
 namespace {
 
-// A JSON value as a TOML value on one line: tables are inline, what is null is left out. Texts and
-// numbers are written alike in both.
-std::string TomlOf(const nlohmann::ordered_json& value) {
-  std::string text;
-  const auto append = [&text](const std::string& part) {
-    text += (text.size() > 1 ? ", " : "") + part;
-  };
-  if (value.is_object()) {
-    text = "{";
-    for (const auto& [key, member] : value.items()) {
-      if (!member.is_null()) append(nlohmann::ordered_json(key).dump() + " = " + TomlOf(member));
+JsonValue RequireNewer(const JsonValue& summary, const char* name) {
+  if (const auto value = summary.Find(name)) return *value;
+  summary.Fail(std::string("has no ") + name +
+               ": an earlier version of the program wrote it, a result computed anew has it");
+}
+
+/// Members of a section that it may lack: NaN, 0, empty, false.
+template <typename T>
+T In(const JsonValue& section, const char* name) {
+  T value{};
+  const MemberReader read(section);
+  read(name, value);
+  return value;
+}
+std::vector<JsonValue> EntriesIn(const JsonValue& section, const char* name) {
+  const auto value = section.Find(name);
+  return value ? value->Entries() : std::vector<JsonValue>();
+}
+
+template <typename T>
+void ReadAll(const JsonValue& section, const char* name, std::vector<T>* values) {
+  for (const JsonValue& entry : EntriesIn(section, name)) values->push_back(ReadAs<T>(entry));
+}
+
+Frame ReadFrame(const JsonValue& frame) {
+  if (frame.Require("kind").OneOf({"local", "geocentric"}) == 0) return Frame::Local();
+  const JsonValue given = frame.Require("ellipsoid");
+  const Ellipsoid ellipsoid{
+      given.Require("name").Text(), given.Require("a_m").Number(), given.Require("f").Number()};
+  try {
+    Validate(ellipsoid);
+  } catch (const InputError& error) {
+    given.Fail(error.what());
+  }
+  return Frame::Geocentric(ellipsoid);
+}
+
+void ReadPasses(const JsonValue& passes, ResultFile* result) {
+  IdTable ids;
+  for (const JsonValue& entry : passes.Entries()) {
+    ResultPass pass;
+    pass.id = entry.Require("id").Text();
+    const auto index = static_cast<std::uint32_t>(result->passes.size());
+    if (pass.id.empty() || ids.FindOrAppend(pass.id) != index) {
+      entry.Require("id").Fail(Quoted(pass.id) + " is empty or is given twice");
     }
-    return text + "}";
+    pass.side =
+        entry.Require("look").OneOf({"left", "right"}) == 0 ? LookSide::kLeft : LookSide::kRight;
+    if (const auto value = entry.Find("wavelength_m")) pass.wavelength_m = value->Number();
+    pass.start_s = entry.Require("start_s").Number();
+    pass.end_s = entry.Require("end_s").Number();
+    if (!(pass.start_s < pass.end_s)) entry.Fail("start_s is not before end_s");
+    if (const auto value = entry.Find("epoch_utc")) pass.epoch_utc = value->Text();
+    result->passes.push_back(std::move(pass));
   }
-  if (value.is_array()) {
-    text = "[";
-    for (const auto& entry : value) append(TomlOf(entry));
-    return text + "]";
+}
+
+ResultTests ReadTests(const JsonValue& quality) {
+  ResultTests tests{In<double>(quality, "alpha_one"),
+                    In<double>(quality, "power"),
+                    In<double>(quality, "critical_w"),
+                    In<double>(quality, "expected_above"),
+                    In<std::size_t>(quality, "tests"),
+                    In<std::size_t>(quality, "looks_not_localisable")};
+  if (const auto above = quality.Find("above_critical")) {
+    tests.above = {In<std::size_t>(*above, "range"),
+                   In<std::size_t>(*above, "azimuth"),
+                   In<std::size_t>(*above, "control")};
   }
-  return value.dump();
+  return tests;
+}
+
+ResultRepetition ReadRepetition(const JsonValue& section) {
+  ResultRepetition repetition{In<std::size_t>(section, "runs"),
+                              In<std::size_t>(section, "seed"),
+                              In<std::string>(section, "verdict"),
+                              {}};
+  for (const char* name : kRepeatedFigures) {
+    const auto figure = section.Find(name);
+    if (!figure) continue;
+    repetition.figures.push_back(ReadAs<ResultRepetition::Figure>(*figure));
+    repetition.figures.back().name = name;
+  }
+  return repetition;
+}
+
+void ReadSections(const JsonValue& root, ResultSummary* summary) {
+  if (const auto test = root.Find("chi_square")) {
+    ResultTest& read = summary->chi_square.emplace();
+    ListChiSquare(MemberReader(*test), read);
+    read.sigma0_squared = summary->sigma0_squared;
+    // Results of older versions test all observations.
+    if (std::isnan(read.redundancy)) read.redundancy = summary->Count("redundancy");
+  }
+  ReadAll(root, "groups", &summary->groups);
+  ReadAll(root, "reductions", &summary->reductions);
+  ReadAll(root, "differences", &summary->differences);
+  if (const auto checks = root.Find("check_points")) {
+    summary->checks = {In<std::size_t>(*checks, "points"),
+                       In<std::size_t>(*checks, "components"),
+                       In<double>(*checks, "error_ratio"),
+                       In<bool>(*checks, "realistic"),
+                       In<std::string>(*checks, "says")};
+  }
+  if (const auto quality = root.Find("quality")) summary->tests = ReadTests(*quality);
+  if (const auto snooping = root.Find("snooping")) {
+    summary->snooping_rounds = In<std::size_t>(*snooping, "rounds");
+    ReadAll(*snooping, "findings", &summary->findings);
+  }
+  if (const auto section = root.Find("variance_components")) {
+    if (const auto before = section->Find("before")) {
+      summary->test_before = ReadAs<ResultTest>(*before);
+    }
+    ReadAll(*section, "components", &summary->variances);
+  }
+  if (const auto section = root.Find("montecarlo")) summary->repetition = ReadRepetition(*section);
+  if (const auto selection = root.Find("selection")) {
+    summary->selected_model = In<std::string>(*selection, "model");
+    summary->selection_settled = In<bool>(*selection, "settled");
+  }
+}
+
+void Flatten(const JsonValue& value, const std::string& key, ResultSummary* summary) {
+  if (!value.IsObject()) {
+    summary->configuration.emplace_back(key, value.Node().dump());
+    return;
+  }
+  for (const auto& [name, member] : value.Members()) {
+    Flatten(member, key.empty() ? name : key + "." + name, summary);
+  }
 }
 
 }  // namespace
 
-std::vector<CorrectionGroup> CorrectionsOf(const ResultFile& result) {
-  constexpr const char* kFile = "summary.json";
-  std::vector<std::string> passes;
-  for (const ResultPass& pass : result.passes) passes.push_back(pass.id);
-  if (!result.summary.selected_model.empty()) {
-    return ReadAdjustTable(result.summary.selected_model, kFile, passes).groups;
+void ReadSummary(const TableSource& source, ResultFile* result) {
+  ResultSummary& summary = result->summary;
+  std::string file;
+  std::tie(file, summary.json) = source.Read("summary.json");
+  const JsonFile parsed(summary.json, file);
+  const JsonValue root = parsed.Root();
+  const JsonValue format = root.Require("format");
+  if (format.Text() != kResultFormat) {
+    format.Fail(Quoted(format.Text()) + " is not known, \"" + kResultFormat + "\" is allowed");
   }
-  const JsonFile json(result.summary.json, kFile);
-  const auto configuration = json.Root().Find("configuration");
-  if (!configuration) return {};
-  const auto chosen = configuration->Find("corrections");
-  const auto correction = configuration->Find("correction");
-  if (!chosen || chosen->Text() != "given" || !correction) return {};
-  return ReadAdjustTable(
-             "[adjust]\ncorrection = " + TomlOf(correction->Node()) + "\n", kFile, passes)
-      .groups;
+  summary.version = root.Require("version").Text();
+  summary.command = root.Require("command").Text();
+  summary.block = root.Require("block").Text();
+  summary.status = root.Require("status").Text();
+  const JsonValue verdict = RequireNewer(root, "verdict");
+  constexpr std::array kVerdicts = {
+      Verdict::kAccepted, Verdict::kTestsFailed, Verdict::kNotAccepted};
+  summary.verdict = kVerdicts.at(static_cast<std::size_t>(
+      verdict.OneOf({NameOf(kVerdicts[0]), NameOf(kVerdicts[1]), NameOf(kVerdicts[2])})));
+  for (const JsonValue& reason : EntriesIn(root, "verdict_reasons")) {
+    summary.verdict_reasons.push_back(reason.Text());
+  }
+  const JsonValue frame = RequireNewer(root, "frame");
+  result->frame = ReadFrame(frame);
+  result->realization = In<std::string>(frame, "realization");
+  result->epoch_year = In<double>(frame, "epoch");
+  ReadPasses(RequireNewer(root, "passes"), result);
+  const JsonValue counts = root.Require("counts");
+  for (const char* name : {"points", "looks"}) static_cast<void>(counts.Require(name).Count());
+  for (const auto& [name, value] : counts.Members()) {
+    if (name != "point_status") summary.counts.emplace_back(name, value.Number());
+  }
+  ListSolution(MemberReader(root), summary);
+  summary.sigma_scaled_by_posterior = root.Require("sigma_scaled_by_posterior").Flag();
+  ReadSections(root, &summary);
+  summary.covariance = root.Require("covariance").Text();
+  summary.condition = root.Require("condition").Number();
+  for (const auto& [name, stage] : root.Require("stages").Members()) {
+    summary.stages.push_back(
+        {name, stage.Require("wall_s").Number(), stage.Require("peak_mib").Number()});
+  }
+  for (const JsonValue& warning : root.Require("warnings").Entries()) {
+    summary.warnings.push_back(warning.Text());
+  }
+  ReadAll(root, "inputs", &summary.inputs);
+  if (const auto configuration = root.Find("configuration")) {
+    Flatten(*configuration, "", &summary);
+  }
 }
 
 }  // namespace sarblock::files

@@ -31,16 +31,16 @@ PageTable GroupTable(const files::ResultSummary& summary) {
                    {"variance factor", true},
                    {"from", true},
                    {"to", true}};
-  for (const files::ResultGroup& group : summary.groups) {
-    if (group.name != "all" && !(group.lower <= group.factor && group.factor <= group.upper)) {
+  for (const ObservationGroup& group : summary.groups) {
+    if (group.name != "all" && !group.agrees()) {
       table.marked.push_back(table.rows.size());
     }
     table.rows.push_back({group.name,
                           Shown(group.square_sum),
                           ReadableCount(group.redundancy),
-                          ShownWithSigma(group.factor, group.factor_sigma),
-                          Shown(group.lower),
-                          Shown(group.upper)});
+                          ShownWithSigma(group.factor(), group.factor_deviation()),
+                          Shown(group.band.lower),
+                          Shown(group.band.upper)});
   }
   table.note =
       "Looks and control are tested without the priors. A factor outside its limits says that the "
@@ -84,14 +84,14 @@ PageTable VarianceTable(const files::ResultSummary& summary) {
                    {"sigma after", true},
                    {"unit", false},
                    {"note", false}};
-  for (const files::ResultVariance& v : summary.variances) {
+  for (const VarianceComponent& v : summary.variances) {
     table.rows.push_back({v.group,
-                          v.component,
+                          kLookComponents.at(static_cast<std::size_t>(v.component)),
                           ReadableCount(v.looks),
                           Shown(v.redundancy),
-                          ShownWithSigma(v.factor, v.factor_sigma),
+                          ShownWithSigma(v.factor, v.factor_deviation),
                           Shown(v.sigma_before),
-                          ShownWithSigma(v.sigma_after, v.sigma_after_sigma),
+                          ShownWithSigma(v.sigma_after(), v.sigma_deviation()),
                           v.unit,
                           v.estimated ? v.note : "held: " + v.note});
   }

@@ -7,7 +7,7 @@
 
 #include "page.h"
 #include "result_page.h"
-#include <fmt/core.h>
+#include <fmt/format.h>
 
 namespace sarblock {
 namespace {
@@ -389,9 +389,11 @@ PageTable FindingTable(const files::ResultSummary& summary) {
                    {"note", false}};
   for (std::size_t i = 0; i < std::min(kRows, summary.findings.size()); ++i) {
     const files::ResultFinding& f = summary.findings[i];
+    std::vector<std::string> suspects = f.passes;
+    if (f.control) suspects.emplace_back("control");
     table.rows.push_back({std::to_string(f.round),
                           f.point,
-                          f.passes,
+                          fmt::format("{}", fmt::join(suspects, ", ")),
                           f.component,
                           Shown(f.w, 3),
                           f.located ? "yes" : "no",

@@ -4,8 +4,11 @@
 #include <array>
 #include <cmath>
 #include <string>
+#include <tuple>
+#include <vector>
 
 #include "io/result_fixture.h"
+#include "quality/assess.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -114,8 +117,8 @@ TEST_F(ResultReaderTest, WhatWasWrittenIsReadBack) {
   EXPECT_FALSE(summary.chi_square->passed);
   ASSERT_EQ(summary.groups.size(), 2u);
   EXPECT_EQ(summary.groups[0].name, "ranges");
-  EXPECT_EQ(summary.groups[0].factor, 4.0);
-  EXPECT_EQ(summary.groups[1].upper, 2.25);
+  EXPECT_EQ(summary.groups[0].factor(), 4.0);
+  EXPECT_EQ(summary.groups[1].band.upper, 2.25);
   EXPECT_EQ(summary.condition, 1234.5);
   EXPECT_EQ(summary.covariance, "block");
   EXPECT_EQ(summary.stages.size(), 3u);
@@ -226,6 +229,89 @@ TEST_F(ResultReaderTest, WhatWasWrittenIsReadBack) {
   EXPECT_EQ(read.pairs[0].b, 1u);
   EXPECT_EQ(read.pairs[0].difference_enu_m, result_.pairs[0].difference_enu_m);
   EXPECT_EQ(read.pairs[0].covariance_m2, result_.pairs[0].covariance_m2);
+}
+
+// Round trip of all that one entry each of a list holds, null for what does not exist.
+TEST_F(ResultReaderTest, TheListsOfTheSummaryAreReadBack) {
+  result_.reductions.terms = {{1, "tide", "m", 0.125, -0.25, 0.375}};
+  result_.assessment.differences = {{true, 7, 500.5, 0.0625, 0.1875, 0.3125}};
+  BlunderFinding finding;
+  finding.point = 1;
+  finding.round = 2;
+  finding.w = kNotGiven;
+  finding.azimuth = true;
+  finding.looks = {0};
+  finding.control = true;
+  finding.note = "it stays";
+  result_.snooping = SnoopingReport{3, {finding}, {}};
+  VarianceComponent component;
+  component.group = "A";
+  component.component = 1;
+  component.looks = 11;
+  component.redundancy = 6.5;
+  component.factor = 2.25;
+  component.factor_deviation = 0.5;
+  component.sigma_before = 0.75;
+  component.unit = "s";
+  component.estimated = true;
+  component.note = "as asked";
+  result_.variance_components = VarianceComponentReport{};
+  result_.variance_components->components = {component};
+  result_.variance_components->before = {3.5, 8.0, {2.5, 17.0}, true};
+  result_.montecarlo = MonteCarloReport{};
+  result_.montecarlo->runs = 40;
+  result_.montecarlo->seed = 5;
+  result_.montecarlo->coverage[2] = {0.99, 0.875, 0.5};
+  result_.montecarlo->sentence = "they agree";
+  Write();
+  const files::ResultSummary summary = files::ReadResult(folder_).summary;
+  ASSERT_EQ(summary.reductions.size(), 1u);
+  const files::ResultReduction& term = summary.reductions[0];
+  EXPECT_EQ(std::tie(term.pass, term.term, term.unit),
+            std::make_tuple(block_.passes[1].id, "tide", "m"));
+  EXPECT_EQ(std::tie(term.mean, term.least, term.largest), std::make_tuple(0.125, -0.25, 0.375));
+  ASSERT_EQ(summary.differences.size(), 1u);
+  const DifferenceClass& difference = summary.differences[0];
+  EXPECT_EQ(std::tie(difference.along, difference.pairs, difference.distance_m),
+            std::make_tuple(true, 7u, 500.5));
+  EXPECT_EQ(std::tie(difference.sigma_along_m, difference.sigma_across_m, difference.sigma_up_m),
+            std::make_tuple(0.0625, 0.1875, 0.3125));
+  EXPECT_EQ(summary.snooping_rounds, 3u);
+  ASSERT_EQ(summary.findings.size(), 1u);
+  const files::ResultFinding& found = summary.findings[0];
+  EXPECT_EQ(found.round, 2u);
+  EXPECT_EQ(found.point, block_.points.ids[1]);
+  EXPECT_EQ(found.passes, std::vector<std::string>{block_.passes[block_.looks.pass[0]].id});
+  EXPECT_TRUE(found.control);
+  EXPECT_TRUE(std::isnan(found.w));
+  EXPECT_FALSE(found.located);
+  EXPECT_EQ(std::tie(found.component, found.action, found.note),
+            std::make_tuple("azimuth", NameOf(BlunderFinding::Action::kKept), "it stays"));
+  ASSERT_EQ(summary.variances.size(), 1u);
+  const VarianceComponent& variance = summary.variances[0];
+  EXPECT_EQ(std::tie(variance.group, variance.component, variance.looks, variance.unit),
+            std::make_tuple("A", 1, 11u, "s"));
+  EXPECT_EQ(std::tie(variance.redundancy, variance.factor, variance.factor_deviation),
+            std::make_tuple(6.5, 2.25, 0.5));
+  EXPECT_EQ(variance.sigma_after(), 1.125);
+  EXPECT_TRUE(variance.estimated);
+  EXPECT_EQ(variance.note, "as asked");
+  ASSERT_TRUE(summary.test_before.has_value());
+  EXPECT_EQ(std::tie(summary.test_before->sigma0_squared,
+                     summary.test_before->redundancy,
+                     summary.test_before->lower,
+                     summary.test_before->upper,
+                     summary.test_before->passed),
+            std::make_tuple(3.5, 8.0, 2.5, 17.0, true));
+  ASSERT_TRUE(summary.repetition.has_value());
+  EXPECT_EQ(summary.repetition->runs, 40u);
+  EXPECT_EQ(summary.repetition->seed, 5u);
+  EXPECT_EQ(summary.repetition->verdict, "they agree");
+  ASSERT_EQ(summary.repetition->figures.size(), 7u);
+  const files::ResultRepetition::Figure& figure = summary.repetition->figures[6];
+  EXPECT_EQ(std::tie(figure.name, figure.expected, figure.mean, figure.agrees),
+            std::make_tuple("coverage_99", 0.99, 0.875, true));
+  EXPECT_EQ(figure.upper, result_.montecarlo->coverage[2].upper());
 }
 
 TEST_F(ResultReaderTest, TheQualityOfALookIsReadByComponent) {

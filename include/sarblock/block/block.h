@@ -175,6 +175,21 @@ struct Looks {
   [[nodiscard]] bool rejected(std::size_t look) const { return (flags[look] & kRejected) != 0; }
   /// The point of a look below size(), found by bisection.
   [[nodiscard]] std::size_t PointOf(std::size_t look) const;
+
+  /// Calls visit(name, column) for each column but `offsets`, as a pointer to member, and
+  /// visit(name, column, standard) where it may be empty: all looks then have that value.
+  template <typename Visit>
+  static void ForColumns(const Visit& visit) {
+    visit("looks.pass", &Looks::pass);
+    visit("looks.flags", &Looks::flags);
+    visit("looks.time_s", &Looks::time_s);
+    visit("looks.range_m", &Looks::range_m);
+    visit("looks.cone", &Looks::cone, 0.0);
+    visit("looks.range_sigma_m", &Looks::range_sigma_m, kNotGiven);
+    visit("looks.azimuth_sigma", &Looks::azimuth_sigma, kNotGiven);
+    visit("looks.range_delay_m", &Looks::range_delay_m, 0.0);
+    visit("looks.time_shift_s", &Looks::time_shift_s, 0.0);
+  }
 };
 
 enum class PointRole : std::uint8_t { kTie, kControl, kCheck };

@@ -90,14 +90,6 @@ struct ResultTest {
   bool passed = false;
 };
 
-/// `groups`: a kind of observations.
-struct ResultGroup {
-  std::string name;  ///< ranges, azimuths, control, priors, all
-  double square_sum = kNotGiven, redundancy = kNotGiven;
-  double factor = kNotGiven, factor_sigma = kNotGiven;
-  double lower = kNotGiven, upper = kNotGiven;  ///< of the factor
-};
-
 /// `reductions`: what one term took off the ranges or times of one pass.
 struct ResultReduction {
   std::string pass, term, unit;
@@ -124,19 +116,12 @@ struct ResultTests {
 /// A finding of the search for blunders (`snooping.findings`).
 struct ResultFinding {
   std::size_t round = 0;
-  std::string point, passes, component, action, note;
+  std::string point;
+  std::vector<std::string> passes;  ///< of its looks
+  bool control = false;             ///< the point's known position is among the suspects
+  std::string component, action, note;
   double w = kNotGiven;
   bool located = false;
-};
-
-/// An estimated variance (`variance_components.components`).
-struct ResultVariance {
-  std::string group, component, unit, note;
-  bool estimated = false;
-  std::size_t looks = 0;
-  double redundancy = kNotGiven, factor = kNotGiven, factor_sigma = kNotGiven;
-  double sigma_before = kNotGiven, sigma_after = kNotGiven;  ///< in `unit`
-  double sigma_after_sigma = kNotGiven;
 };
 
 /// `montecarlo`: each figure that was compared with what is expected of it.
@@ -175,15 +160,15 @@ struct ResultSummary {
   double sigma0_squared = kNotGiven;
   bool sigma_scaled_by_posterior = false;
   std::optional<ResultTest> chi_square;
-  std::vector<ResultGroup> groups;  ///< empty where the file has none
+  std::vector<ObservationGroup> groups;  ///< empty where the file has none
   std::vector<ResultReduction> reductions;
   std::vector<DifferenceClass> differences;
   std::optional<ResultChecks> checks;
   std::optional<ResultTests> tests;
   std::optional<std::size_t> snooping_rounds;
   std::vector<ResultFinding> findings;
-  std::optional<ResultTest> test_before;  ///< before variance components were estimated
-  std::vector<ResultVariance> variances;
+  std::optional<ResultTest> test_before;     ///< before variance components were estimated
+  std::vector<VarianceComponent> variances;  ///< without their passes
   std::optional<ResultRepetition> repetition;
   std::string selected_model;  ///< correction tables chosen, as TOML
   bool selection_settled = true;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sarblock/files/result.h"
-
 #include "sarblock/core/error.h"
 #include "sarblock/core/id_table.h"
+#include "sarblock/files/result.h"
+#include "sarblock/tables/output.h"
 
 #include <algorithm>
 #include <array>
@@ -15,10 +15,10 @@
 #include "core/text.h"
 #include "core/threads.h"
 #include "result_tables.h"
-#include "tables/json.h"
+#include "summary.h"
+#include "tables/checksum.h"
 #include "tables/open.h"
 #include "tables/table.h"
-#include "tables/toml.h"
 
 namespace sarblock::files {
 
@@ -28,7 +28,6 @@ struct ResultReading {
   const ReadResultOptions& options;
   ResultFile result;
   IdTable pass_ids;
-  std::size_t points, looks;  ///< that the summary counts
 };
 
 void ReadResultPoints(ResultReading* reading);
@@ -41,14 +40,12 @@ void ReadResultStrips(ResultReading* reading);
 void ReadResultSelection(ResultReading* reading);
 void ReadResultPaths(ResultReading* reading);
 
-/// summary.json: the summary, the frame and the passes. The others need it to have been read.
-void ReadResultSummary(ResultReading* reading);
-
 namespace {
 
 ResultFile ReadResultFrom(const TableSource& source, const ReadResultOptions& options) {
-  ResultReading reading{source, options, {}, {}, 0, 0};
-  ReadResultSummary(&reading);
+  ResultReading reading{source, options, {}, {}};
+  ReadSummary(source, &reading.result);
+  for (const ResultPass& pass : reading.result.passes) reading.pass_ids.FindOrAppend(pass.id);
   ReadResultPoints(&reading);
   ReadResultParameters(&reading);
   if (options.paths) ReadResultPaths(&reading);
@@ -209,10 +206,11 @@ void ReadResultPoints(ResultReading* reading) {
     ReadPointRow(row, &points);
     StepRows(*reading, points.size(), "points");
   });
-  if (points.size() != reading->points) {
+  const auto counted = static_cast<std::size_t>(reading->result.summary.Count("points"));
+  if (points.size() != counted) {
     throw InputError(FilePlace{table->file(), 0, ""},
                      "has " + std::to_string(points.size()) + " points where summary.json counts " +
-                         std::to_string(reading->points) + ": files of two results");
+                         std::to_string(counted) + ": files of two results");
   }
   const auto empty = [](const std::string& reason) { return reason.empty(); };
   if (std::all_of(results.reason.begin(), results.reason.end(), empty)) results.reason.clear();
@@ -318,10 +316,11 @@ void ReadResultLooks(ResultReading* reading) {
     for (const auto& [column, values] : optional) values->push_back(row.Number(column));
     StepRows(*reading, looks.size(), "looks");
   });
-  if (looks.size() != reading->looks) {
+  const auto counted = static_cast<std::size_t>(reading->result.summary.Count("looks"));
+  if (looks.size() != counted) {
     throw InputError(FilePlace{table->file(), 0, ""},
                      "has " + std::to_string(looks.size()) + " looks where summary.json counts " +
-                         std::to_string(reading->looks) + ": files of two results");
+                         std::to_string(counted) + ": files of two results");
   }
   for (const auto& [column, values] : quality) DropIfEmpty(values);
   for (const auto& [column, values] : optional) DropIfEmpty(values);
@@ -456,281 +455,127 @@ void ReadResultPaths(ResultReading* reading) {
 
 namespace {
 
-constexpr const char* kResultFormat = "sarblock-result 1";
-
-JsonValue RequireNewer(const JsonValue& summary, const char* name) {
-  if (const auto value = summary.Find(name)) return *value;
-  summary.Fail(std::string("has no ") + name +
-               ": an earlier version of the program wrote it, a result computed anew has it");
-}
-
-// Members of a section that it may lack: NaN, 0, empty, false.
-double NumberIn(const JsonValue& section, const char* name) {
-  const auto value = section.Find(name);
-  return value ? value->Number() : kNotGiven;
-}
-std::size_t CountIn(const JsonValue& section, const char* name) {
-  const auto value = section.Find(name);
-  return value ? value->Count() : 0;
-}
-std::string TextIn(const JsonValue& section, const char* name) {
-  const auto value = section.Find(name);
-  return value ? value->Text() : "";
-}
-bool FlagIn(const JsonValue& section, const char* name) {
-  const auto value = section.Find(name);
-  return value && value->Flag();
-}
-std::vector<JsonValue> EntriesIn(const JsonValue& section, const char* name) {
-  const auto value = section.Find(name);
-  return value ? value->Entries() : std::vector<JsonValue>();
-}
-
-Frame ReadFrame(const JsonValue& frame) {
-  if (frame.Require("kind").OneOf({"local", "geocentric"}) == 0) return Frame::Local();
-  const JsonValue given = frame.Require("ellipsoid");
-  const Ellipsoid ellipsoid{
-      given.Require("name").Text(), given.Require("a_m").Number(), given.Require("f").Number()};
-  try {
-    Validate(ellipsoid);
-  } catch (const InputError& error) {
-    given.Fail(error.what());
-  }
-  return Frame::Geocentric(ellipsoid);
-}
-
-void ReadPasses(const JsonValue& passes, ResultReading* reading) {
-  for (const JsonValue& entry : passes.Entries()) {
-    ResultPass pass;
-    pass.id = entry.Require("id").Text();
-    const auto index = static_cast<std::uint32_t>(reading->result.passes.size());
-    if (pass.id.empty() || reading->pass_ids.FindOrAppend(pass.id) != index) {
-      entry.Require("id").Fail(Quoted(pass.id) + " is empty or is given twice");
-    }
-    pass.side =
-        entry.Require("look").OneOf({"left", "right"}) == 0 ? LookSide::kLeft : LookSide::kRight;
-    if (const auto value = entry.Find("wavelength_m")) pass.wavelength_m = value->Number();
-    pass.start_s = entry.Require("start_s").Number();
-    pass.end_s = entry.Require("end_s").Number();
-    if (!(pass.start_s < pass.end_s)) entry.Fail("start_s is not before end_s");
-    if (const auto value = entry.Find("epoch_utc")) pass.epoch_utc = value->Text();
-    reading->result.passes.push_back(std::move(pass));
-  }
-}
-
-void ReadCounts(const JsonValue& counts, ResultReading* reading) {
-  for (const auto& [name, value] : counts.Members()) {
-    if (name != "point_status") reading->result.summary.counts.emplace_back(name, value.Number());
-  }
-  reading->points = counts.Require("points").Count();
-  reading->looks = counts.Require("looks").Count();
-}
-
-ResultTest ReadTest(const JsonValue& test) {
-  return {kNotGiven,
-          kNotGiven,
-          test.Require("lower").Number(),
-          test.Require("upper").Number(),
-          test.Require("level").Number(),
-          test.Require("passed").Flag()};
-}
-
-ResultTests ReadTests(const JsonValue& quality) {
-  ResultTests tests{NumberIn(quality, "alpha_one"),
-                    NumberIn(quality, "power"),
-                    NumberIn(quality, "critical_w"),
-                    NumberIn(quality, "expected_above"),
-                    CountIn(quality, "tests"),
-                    CountIn(quality, "looks_not_localisable")};
-  if (const auto above = quality.Find("above_critical")) {
-    tests.above = {
-        CountIn(*above, "range"), CountIn(*above, "azimuth"), CountIn(*above, "control")};
-  }
-  return tests;
-}
-
-ResultFinding ReadFinding(const JsonValue& entry) {
-  ResultFinding finding{CountIn(entry, "round"),
-                        TextIn(entry, "point"),
-                        "",
-                        TextIn(entry, "component"),
-                        TextIn(entry, "action"),
-                        TextIn(entry, "note"),
-                        NumberIn(entry, "w"),
-                        FlagIn(entry, "located")};
-  const auto add = [&](const std::string& name) {
-    finding.passes += (finding.passes.empty() ? "" : ", ") + name;
+/// By pass: the names of the corrections of the result that its corrected states do not hold.
+std::vector<std::string> NotInStates(const ResultView& view) {
+  std::vector<std::string> out(view.pass_ids.size());
+  const auto add = [&out](std::uint32_t pass, const std::string& name) {
+    out[pass] += (out[pass].empty() ? "" : " ") + name;
   };
-  for (const JsonValue& pass : EntriesIn(entry, "passes")) add(pass.Text());
-  if (FlagIn(entry, "control")) add("control");
-  return finding;
-}
-
-void ReadVariances(const JsonValue& section, ResultSummary* summary) {
-  if (const auto before = section.Find("before")) {
-    summary->test_before = ReadTest(*before);
-    summary->test_before->sigma0_squared = NumberIn(*before, "sigma0_squared");
-    summary->test_before->redundancy = NumberIn(*before, "redundancy");
-  }
-  for (const JsonValue& entry : EntriesIn(section, "components")) {
-    summary->variances.push_back({TextIn(entry, "group"),
-                                  TextIn(entry, "component"),
-                                  TextIn(entry, "unit"),
-                                  TextIn(entry, "note"),
-                                  FlagIn(entry, "estimated"),
-                                  CountIn(entry, "looks"),
-                                  NumberIn(entry, "redundancy"),
-                                  NumberIn(entry, "factor"),
-                                  NumberIn(entry, "factor_sigma"),
-                                  NumberIn(entry, "sigma_before"),
-                                  NumberIn(entry, "sigma_after"),
-                                  NumberIn(entry, "sigma_after_sigma")});
-  }
-}
-
-ResultRepetition ReadRepetition(const JsonValue& section) {
-  ResultRepetition repetition{
-      CountIn(section, "runs"), CountIn(section, "seed"), TextIn(section, "verdict"), {}};
-  for (const char* name : {"normalised_square",
-                           "variance_ratio_e",
-                           "variance_ratio_n",
-                           "variance_ratio_u",
-                           "coverage_50",
-                           "coverage_90",
-                           "coverage_99"}) {
-    const auto figure = section.Find(name);
-    if (!figure) continue;
-    repetition.figures.push_back({name,
-                                  NumberIn(*figure, "expected"),
-                                  NumberIn(*figure, "mean"),
-                                  NumberIn(*figure, "lower"),
-                                  NumberIn(*figure, "upper"),
-                                  FlagIn(*figure, "agrees")});
-  }
-  return repetition;
-}
-
-void ReadSections(const JsonValue& root, ResultSummary* summary) {
-  if (const auto test = root.Find("chi_square")) {
-    summary->chi_square = ReadTest(*test);
-    summary->chi_square->sigma0_squared = summary->sigma0_squared;
-    // Results of older versions test all observations.
-    const double redundancy = NumberIn(*test, "redundancy");
-    summary->chi_square->redundancy =
-        std::isnan(redundancy) ? summary->Count("redundancy") : redundancy;
-  }
-  for (const JsonValue& entry : EntriesIn(root, "groups")) {
-    summary->groups.push_back({TextIn(entry, "group"),
-                               NumberIn(entry, "square_sum"),
-                               NumberIn(entry, "redundancy"),
-                               NumberIn(entry, "factor"),
-                               NumberIn(entry, "sigma"),
-                               NumberIn(entry, "lower"),
-                               NumberIn(entry, "upper")});
-  }
-  for (const JsonValue& entry : EntriesIn(root, "reductions")) {
-    summary->reductions.push_back({TextIn(entry, "pass"),
-                                   TextIn(entry, "term"),
-                                   TextIn(entry, "unit"),
-                                   NumberIn(entry, "mean"),
-                                   NumberIn(entry, "least"),
-                                   NumberIn(entry, "largest")});
-  }
-  for (const JsonValue& entry : EntriesIn(root, "differences")) {
-    summary->differences.push_back({TextIn(entry, "direction") == "along",
-                                    CountIn(entry, "pairs"),
-                                    NumberIn(entry, "distance_m"),
-                                    NumberIn(entry, "sigma_along_m"),
-                                    NumberIn(entry, "sigma_across_m"),
-                                    NumberIn(entry, "sigma_up_m")});
-  }
-  if (const auto checks = root.Find("check_points")) {
-    summary->checks = {CountIn(*checks, "points"),
-                       CountIn(*checks, "components"),
-                       NumberIn(*checks, "error_ratio"),
-                       FlagIn(*checks, "realistic"),
-                       TextIn(*checks, "says")};
-  }
-  if (const auto quality = root.Find("quality")) summary->tests = ReadTests(*quality);
-  if (const auto snooping = root.Find("snooping")) {
-    summary->snooping_rounds = CountIn(*snooping, "rounds");
-    for (const JsonValue& entry : EntriesIn(*snooping, "findings")) {
-      summary->findings.push_back(ReadFinding(entry));
+  const SelectionReport& selection = view.result.selection;
+  const std::vector<CorrectionGroup>& groups =
+      selection.empty() ? view.options.groups : selection.groups;
+  for (const ParameterResult& parameter : view.result.parameters) {
+    if (parameter.name.starts_with("position.") || parameter.value == 0.0) continue;
+    const auto shared = std::find_if(groups.begin(), groups.end(), [&](const CorrectionGroup& g) {
+      return g.shared && g.name == parameter.owner;
+    });
+    if (shared == groups.end()) {
+      const std::uint32_t own = view.pass_ids.Find(parameter.owner);
+      if (own != IdTable::kNone) add(own, parameter.name);
+      continue;
+    }
+    for (std::uint32_t pass = 0; pass < out.size(); ++pass) {
+      if (IsOf(*shared, std::string(view.pass_ids[pass]))) add(pass, parameter.name);
     }
   }
-  if (const auto section = root.Find("variance_components")) ReadVariances(*section, summary);
-  if (const auto section = root.Find("montecarlo")) summary->repetition = ReadRepetition(*section);
-  if (const auto selection = root.Find("selection")) {
-    summary->selected_model = TextIn(*selection, "model");
-    summary->selection_settled = FlagIn(*selection, "settled");
+  for (std::string& names : out) {
+    if (names.empty()) names = kAllAdjusted;
   }
+  return out;
 }
 
-void Flatten(const JsonValue& value, const std::string& key, ResultSummary* summary) {
-  if (!value.IsObject()) {
-    summary->configuration.emplace_back(key, value.Node().dump());
-    return;
+void WriteResultTables(TableSink* sink, const ResultView& view, std::size_t ellipse_limit) {
+  const Block& block = view.block;
+  const AdjustResult& result = view.result;
+  WritePointTable(sink, view);
+  WriteParameterTable(sink, view);
+  WriteParameterCovariance(sink, view);
+  if (!result.selection.empty()) {
+    WriteSelectionTable(sink, view);
+    WriteSimplificationTable(sink, view);
   }
-  for (const auto& [name, member] : value.Members()) {
-    Flatten(member, key.empty() ? name : key + "." + name, summary);
+  WriteStripTable(sink, view);
+  WriteResidualTable(sink, view);
+  if (!result.control_quality.empty()) WriteControlTable(sink, view);
+  if (view.options.pairs != PairChoice::kNone || !result.pairs.empty()) WritePairTable(sink, view);
+  if (result.montecarlo) WriteMonteCarloTable(sink, view);
+  if (result.corrected_paths.empty()) {
+    WritePaths(sink, "trajectories", view.pass_ids, NominalPaths(block));
+  } else {
+    WritePaths(sink, "trajectories", view.pass_ids, result.corrected_paths, NotInStates(view));
   }
+  const auto folder = sink->folder();
+  if (block.frame.kind() != FrameKind::kGeocentric || !folder) return;
+  WriteGeoJson(*folder / "points.geojson",
+               {.frame = block.frame,
+                .name = block.name,
+                .ids = block.points.ids,
+                .role = block.points.role,
+                .points = result.points,
+                .polygons = result.points.status.size() <= ellipse_limit});
 }
 
 }  // namespace
 
-void ReadResultSummary(ResultReading* reading) {
-  ResultFile& result = reading->result;
-  ResultSummary& summary = result.summary;
-  std::string file;
-  std::tie(file, summary.json) = reading->source.Read("summary.json");
-  const JsonFile parsed(summary.json, file);
-  const JsonValue root = parsed.Root();
-  const JsonValue format = root.Require("format");
-  if (format.Text() != kResultFormat) {
-    format.Fail(Quoted(format.Text()) + " is not known, \"" + kResultFormat + "\" is allowed");
+std::string WriteResult(const std::filesystem::path& target,
+                        const Block& block,
+                        const AdjustTable& options,
+                        const AdjustResult& result,
+                        const ResultContext& context) {
+  const IdTable passes = PassIds(block);
+  const ResultView view{block, passes, options, result};
+  ResultContext said = context;
+  if (block.frame.kind() == FrameKind::kGeocentric && !NamesContainer(target) &&
+      result.points.status.size() > context.ellipse_limit) {
+    said.warnings.push_back(
+        "points.geojson has the numbers of the error ellipses but not their "
+        "polygons, there are more than " +
+        std::to_string(context.ellipse_limit) + " points");
   }
-  summary.version = root.Require("version").Text();
-  summary.command = root.Require("command").Text();
-  summary.block = root.Require("block").Text();
-  summary.status = root.Require("status").Text();
-  const JsonValue verdict = RequireNewer(root, "verdict");
-  constexpr std::array kVerdicts = {
-      Verdict::kAccepted, Verdict::kTestsFailed, Verdict::kNotAccepted};
-  summary.verdict = kVerdicts.at(static_cast<std::size_t>(
-      verdict.OneOf({NameOf(kVerdicts[0]), NameOf(kVerdicts[1]), NameOf(kVerdicts[2])})));
-  for (const JsonValue& reason : EntriesIn(root, "verdict_reasons")) {
-    summary.verdict_reasons.push_back(reason.Text());
+  std::string summary;
+  const BlockIds ids{&passes, &block.points.ids};
+  const auto write = [&](TableSink* sink) {
+    std::vector<StageCost> written;
+    {
+      const StageTimer timer("write", &written);
+      WriteResultTables(sink, view, context.ellipse_limit);
+    }
+    const auto folder = sink->folder();
+    summary = SummaryText(
+        block,
+        options,
+        result,
+        said,
+        written,
+        folder ? SumsOfTables(*folder, FolderContent::kResult) : std::vector<TableSum>());
+    sink->WriteText("summary.json", summary);
+  };
+  WriteTables(FolderContent::kResult, target, context.compression, ids, write);
+  return summary;
+}
+
+std::string Sha256OfFile(const std::filesystem::path& file) { return Sha256Of(file); }
+
+std::vector<InputFile> ListInputFiles(const std::filesystem::path& block,
+                                      const AdjustTable& options) {
+  std::vector<std::filesystem::path> files;
+  if (std::filesystem::is_regular_file(block)) {
+    files.push_back(block);
+  } else {
+    files.push_back(block / "block.toml");
+    for (const char* table : {"trajectories", "observations", "points"}) {
+      if (const auto found = FindTable(block, table)) files.push_back(*found);
+    }
   }
-  const JsonValue frame = RequireNewer(root, "frame");
-  result.frame = ReadFrame(frame);
-  result.realization = TextIn(frame, "realization");
-  result.epoch_year = NumberIn(frame, "epoch");
-  ReadPasses(RequireNewer(root, "passes"), reading);
-  ReadCounts(root.Require("counts"), reading);
-  summary.iterations = root.Require("iterations").Count();
-  summary.initial_cost = root.Require("initial_cost").Number();
-  summary.final_cost = root.Require("final_cost").Number();
-  summary.gradient = root.Require("gradient").Number();
-  summary.remaining_step = NumberIn(root, "remaining_step");
-  summary.sigma0_squared = root.Require("sigma0_squared").Number();
-  summary.sigma_scaled_by_posterior = root.Require("sigma_scaled_by_posterior").Flag();
-  ReadSections(root, &summary);
-  summary.covariance = root.Require("covariance").Text();
-  summary.condition = root.Require("condition").Number();
-  for (const auto& [name, stage] : root.Require("stages").Members()) {
-    summary.stages.push_back(
-        {name, stage.Require("wall_s").Number(), stage.Require("peak_mib").Number()});
+  for (const std::string& list : {options.pairs_file, options.rejections_file}) {
+    if (!list.empty()) files.push_back(FolderOf(block) / list);
   }
-  for (const JsonValue& warning : root.Require("warnings").Entries()) {
-    summary.warnings.push_back(warning.Text());
+  std::vector<InputFile> out;
+  for (const std::filesystem::path& file : files) {
+    if (!std::filesystem::is_regular_file(file)) continue;
+    out.push_back({file.filename().string(), std::filesystem::file_size(file), Sha256OfFile(file)});
   }
-  for (const JsonValue& input : EntriesIn(root, "inputs")) {
-    summary.inputs.push_back(
-        {TextIn(input, "file"), CountIn(input, "bytes"), TextIn(input, "sha256")});
-  }
-  if (const auto configuration = root.Find("configuration")) {
-    Flatten(*configuration, "", &summary);
-  }
+  return out;
 }
 
 }  // namespace sarblock::files
