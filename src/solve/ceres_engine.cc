@@ -52,9 +52,10 @@ ceres::LinearSolverType TypeOf(CeresSolver solver) {
   }
 }
 
-/// Damps at first by 1e-12 of the diagonal, which grows with the points: with hundreds of thousands
-/// of them more would hold what only priors of hundreds of metres hold. Starts are near.
-constexpr double kFirstRadius = 1e12;
+/// Damps at first by 1e-10 of the diagonal, which grows with the points: with hundreds of thousands
+/// of them 1e-8 held what only priors of hundreds of metres hold. Without damping blocks with
+/// several minima end in another one than the reduced engine.
+constexpr double kFirstRadius = 1e10;
 /// Of a point that follows: as little as the engine's own.
 constexpr double kFollowDamping = 1e-8;
 /// Steps creep that are so many in turn longer than this part of the one before, and shorter than
