@@ -196,6 +196,19 @@ void StepRows(const ResultReading& reading, std::size_t rows, const char* what) 
   if (rows % 65536 == 0) Step(reading.options.progress, "read", rows, 0, what);
 }
 
+/// Refuses a table that has another number of rows than the summary counts, as a number: it may be
+/// any.
+void RequireCounted(const ResultReading& reading,
+                    const std::string& file,
+                    const std::string& name,
+                    std::size_t rows) {
+  const double counted = reading.result.summary.Count(name);
+  if (static_cast<double>(rows) == counted) return;
+  throw InputError(FilePlace{file, 0, ""},
+                   "has " + std::to_string(rows) + " " + name + " where summary.json counts " +
+                       NumberText(counted) + ": files of two results");
+}
+
 }  // namespace
 
 void ReadResultPoints(ResultReading* reading) {
@@ -206,12 +219,7 @@ void ReadResultPoints(ResultReading* reading) {
     ReadPointRow(row, &points);
     StepRows(*reading, points.size(), "points");
   });
-  const auto counted = static_cast<std::size_t>(reading->result.summary.Count("points"));
-  if (points.size() != counted) {
-    throw InputError(FilePlace{table->file(), 0, ""},
-                     "has " + std::to_string(points.size()) + " points where summary.json counts " +
-                         std::to_string(counted) + ": files of two results");
-  }
+  RequireCounted(*reading, table->file(), "points", points.size());
   const auto empty = [](const std::string& reason) { return reason.empty(); };
   if (std::all_of(results.reason.begin(), results.reason.end(), empty)) results.reason.clear();
   DropIfUnknown(&results.covariance_m2);
@@ -316,12 +324,7 @@ void ReadResultLooks(ResultReading* reading) {
     for (const auto& [column, values] : optional) values->push_back(row.Number(column));
     StepRows(*reading, looks.size(), "looks");
   });
-  const auto counted = static_cast<std::size_t>(reading->result.summary.Count("looks"));
-  if (looks.size() != counted) {
-    throw InputError(FilePlace{table->file(), 0, ""},
-                     "has " + std::to_string(looks.size()) + " looks where summary.json counts " +
-                         std::to_string(counted) + ": files of two results");
-  }
+  RequireCounted(*reading, table->file(), "looks", looks.size());
   for (const auto& [column, values] : quality) DropIfEmpty(values);
   for (const auto& [column, values] : optional) DropIfEmpty(values);
 }
