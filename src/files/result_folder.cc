@@ -191,7 +191,7 @@ void ReadPointRow(const Row& row, ResultPoints* points) {
   results.reason.emplace_back(row.Text(kColumns("reason")));
 }
 
-/// Tells of rows that are read.
+/// Progress by rows that are read.
 void StepRows(const ResultReading& reading, std::size_t rows, const char* what) {
   if (rows % 65536 == 0) Step(reading.options.progress, "read", rows, 0, what);
 }

@@ -371,7 +371,7 @@ void WriteResidualTable(TableSink* sink, const ResultView& view) {
 namespace {
 
 // Fixed notation: 12 decimals of a degree are 0.1 micrometre, so that small ellipses keep shape.
-/// Twelve decimals, correctly rounded; |value| at most 540. By an integer of units of 1e-12
+/// Twelve decimals, correctly rounded; finite, |value| at most 540. By an integer of units of 1e-12
 /// degrees, below 2^53: a polygon is 74 of these, and std::to_chars takes six times as long.
 void AppendDegrees(double value_deg, std::string* text) {
   constexpr double kUnits = 1e12;
@@ -449,7 +449,8 @@ class Features {
     text->append(",");
     AppendNumber(place.h_m, text);
     text->append("]}}");
-    if (sigmas && content_.polygons) Polygon(id, p_m, ellipse, text);
+    if (sigmas && content_.polygons && std::isfinite(ellipse.major_m))
+      Polygon(id, p_m, ellipse, text);
   }
 
   void Path(const std::string& id, const FlightPath& path, std::string* text) const {

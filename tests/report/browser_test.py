@@ -145,7 +145,7 @@ class Browser:
         return base64.b64decode(printed["data"])
 
     def expect_silence(self, page):
-        # What the console is told comes before the answer to a later question.
+        # Messages of the console arrive before the answer to a later question.
         self.value("1")
         require(not self.messages, f"{page}: the console says {self.messages}")
 
