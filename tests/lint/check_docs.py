@@ -10,6 +10,7 @@ Code       a block after `<!-- code: FILE PART -->` is the part of FILE (below d
 Index      every page of docs stands in docs/README.md, or with the theory in docs/theory/README.md.
 Glossary   terms in alphabetical order, and each name in code stands in a page of reference too.
 Citation   CITATION.cff has the version and the date of CMakeLists.txt.
+Sources    what a page of theory, or architecture.md, names as `ROOM/FILE` is a file of src, include or tests.
 Commands   use only what a reader of this page alone has (prerequisites.py).
 Citations  a page cited in a source (`docs/theory/observations.md, eq. (7)`) exists, and so do the
            equations cited, each numbered at the end of a line: `... (7)`.
@@ -30,6 +31,7 @@ CITATION = re.compile(r"(docs/[\w/]+\.md)((?:,?\s+eqs?\.\s*(?:\(\d+\)(?:\s*(?:-|
 NUMBER = re.compile(r"\((\d+)\)")
 NUMBERED = re.compile(r"\((\d+)\)\s*$", re.M)
 COMMENT_BREAK = re.compile(r"[ \t]*\n[ \t]*(?:///?|#)[ \t]*")
+SOURCE = re.compile(r"`((?:\w+/)+\w+(?:\.\w+)?)`")
 
 
 def line_of(text, position):
@@ -99,6 +101,15 @@ def check_citations(path, root):
                 yield line, f"{match.group(1)} has no equation ({number})"
 
 
+def check_sources(path, root):
+    text = path.read_text(encoding="utf-8")
+    for match in SOURCE.finditer(text):
+        name = match.group(1)
+        if not any((root / folder / (name + end)).exists()
+                   for folder in ("", "src", "include/sarblock", "tests") for end in ("", ".h", ".cc")):
+            yield line_of(text, match.start()), f"no source is '{name}'"
+
+
 def check_index(root):
     if not (root / "docs/README.md").exists():
         return
@@ -153,6 +164,8 @@ def main():
     found = [(p, *f) for p in pages(root) for f in check_links(p, root)]
     found += [(p, *f) for p in pages(root) for f in check_code(p, root, update)]
     found += [(p, *f) for p in pages(root) for f in hidden(root, p)]
+    found += [(p, *f) for p in pages(root) for f in check_sources(p, root)
+              if p.parent.name == "theory" or p.name == "architecture.md"]
     found += [*check_index(root), *check_glossary(root), *check_citation_file(root)]
     found += [(p, *f) for p in sources for f in check_citations(p, root)]
     for path, line, message in found:

@@ -43,6 +43,13 @@ class CheckDocsTest(CheckerTest):
         self.assertEqual((status, output), (1, "docs/page.md:1: differs from [part] in a.cc\n"))
         self.expect_finding("docs/page.md", page, "no part [part] in a.cc")
 
+    def test_finds_a_source_that_is_no_more(self):
+        index = {"docs/README.md": "[a](architecture.md)\n", "src/core/a.h": SPDX}
+        page = "`core/a` and `core/a.h`,\n`core/b`\n"
+        self.assertEqual(self.check({**index, "docs/architecture.md": page[:24]}), (0, ""))
+        status, output = self.check({**index, "docs/architecture.md": page})
+        self.assertEqual((status, output), (1, "docs/architecture.md:2: no source is 'core/b'\n"))
+
     def test_finds_a_citation_of_a_missing_page(self):
         self.expect_finding("src/core/a.cc", SPDX + "// docs/gone.md\n", "a.cc:2: docs/gone.md")
 
