@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "io/io_fixture.h"
 #include "support/csv_rows.h"
+#include "support/folder_test.h"
 #include "support/run_program.h"
 #include <fmt/core.h>
 #include <gmock/gmock.h>
