@@ -436,6 +436,7 @@ TEST_F(LeberlCommandTest, ParallaxNamesTheRowAtFault) {
       "parallax", {"--base-m", "8000", "--height-m", "10000", "--presentation", "slant", table});
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_THAT(run.err, HasSubstr("in.csv:3: point_height_m"));
+  EXPECT_EQ(run.out, "");
 }
 
 TEST_F(LeberlCommandTest, SingleFlightIsUndeterminedForEveryPairOfSquints) {
