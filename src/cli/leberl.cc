@@ -293,7 +293,8 @@ ParallaxRow Answer(const Row& target, const ParallaxInput& input) {
   try {
     Validate(c);
   } catch (const InputError& error) {
-    target.Fail(kTargetColumns("ground_range_m"), error.what());
+    if (error.place().field != "ground_range_m") throw;  // of an option
+    target.Fail(kTargetColumns("ground_range_m"), error.problem());
   }
   if (target.Given(kHeight) == target.Given(kParallax)) {
     target.Fail(kHeight, "exactly one of point_height_m and parallax_m is allowed in a row");
@@ -330,17 +331,9 @@ constexpr std::array kParallaxColumns = std::to_array<ListColumn<ParallaxRow>>({
 
 int PrintParallax(const ParallaxInput& input, const Session& session) {
   const auto table = ReadCsv(input.table, kTargetColumns);
-  Json list = Json::array();
-  if (!session.json) fmt::print("{}", CsvOf<ParallaxRow>(nullptr, kParallaxColumns));
-  ForRows(table.get(), [&](const Row& target) {
-    const ParallaxRow row = Answer(target, input);
-    if (session.json) {
-      list.push_back(JsonOf(row, kParallaxColumns));
-    } else {
-      fmt::print("{}", CsvOf(&row, kParallaxColumns));
-    }
-  });
-  if (session.json) fmt::print("{}\n", list.dump(2));
+  std::vector<ParallaxRow> rows;  // nothing is printed where a later row is refused
+  ForRows(table.get(), [&](const Row& target) { rows.push_back(Answer(target, input)); });
+  fmt::print("{}", ListOf(rows, kParallaxColumns, session));
   return kAccepted;
 }
 

@@ -60,7 +60,7 @@ void ReadLines(const TomlTable& table, ImageGrid* grid) {
   if (grid->burst_start_s.empty()) bursts->Fail("is empty, the time of every burst is needed");
   constexpr int kMaxLines = 10'000'000;
   grid->lines_per_burst = static_cast<std::size_t>(
-      table.Require("lines_per_burst", "with burst_start_s the lines of a burst")
+      table.Require("lines_per_burst", "with burst_start_s the number of lines of a burst")
           .Integer(1, kMaxLines));
   const auto first = table.Find("first_line_s");
   grid->first_line_s = first ? first->Number() : grid->burst_start_s.front();

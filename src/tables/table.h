@@ -334,15 +334,15 @@ inline constexpr Columns kMonteCarloColumns{{
     {"coverage_90"},
     {"coverage_99"},
 }};
-/// What `work` returns; an InputError of it that does not begin with the file or folder `input`,
-/// because what throws knows no files, names it.
+/// What `work` returns; an InputError of it that names no file, because what throws knows none,
+/// names the file or folder `input`.
 template <typename Work>
 auto Naming(const std::string& input, const Work& work) {
   try {
     return work();
   } catch (const InputError& error) {
-    if (std::string_view(error.what()).starts_with(input)) throw;
-    throw InputError(FilePlace{input, 0, ""}, error.what());
+    if (!error.place().file.empty()) throw;
+    throw InputError(FilePlace{input, 0, error.place().field}, error.problem());
   }
 }
 

@@ -300,7 +300,7 @@ void Override(const std::string& text, toml::table* root) {
   const std::string source = "--set " + text;
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0) {
-    throw InputError(source, "must be KEY=VALUE with a dotted key");
+    throw InputError(FilePlace{source, 0, ""}, "must be KEY=VALUE with a dotted key");
   }
   RefuseDeepKeys(text, "--set");
   toml::table parsed;
@@ -318,7 +318,9 @@ void Override(const std::string& text, toml::table* root) {
     if (child == nullptr && parent->is_table()) {
       child = &parent->as_table()->insert_or_assign(name, toml::table{}).first->second;
     }
-    if (child == nullptr) throw InputError(source, "has no element " + std::string(name));
+    if (child == nullptr) {
+      throw InputError(FilePlace{source, 0, ""}, "has no element " + std::string(name));
+    }
     parent = child;
   }
   parsed.get("value")->visit([&](auto& value) {
@@ -329,7 +331,7 @@ void Override(const std::string& text, toml::table* root) {
       const auto index = static_cast<std::ptrdiff_t>(IndexOf(rest, array->size()));
       array->replace(array->cbegin() + index, std::move(value));
     } else {
-      throw InputError(source, "names no key of a table");
+      throw InputError(FilePlace{source, 0, ""}, "names no key of a table");
     }
   });
 }
@@ -433,10 +435,11 @@ toml::node* Descend(toml::node* parent, const std::string& name, const FilePlace
 void ApplyOverrides(const std::vector<std::string>& overrides, toml::table* block_toml) {
   for (const std::string& text : overrides) {
     const std::size_t equals = text.find('=');
-    const FilePlace place{"--set " + text.substr(0, equals), 0, ""};
     if (equals == 0 || equals == std::string::npos) {
-      throw InputError(place, "is no KEY=VALUE, for example robust=huber");
+      throw InputError(FilePlace{"--set " + text, 0, ""},
+                       "is no KEY=VALUE, for example robust=huber");
     }
+    const FilePlace place{"--set " + text.substr(0, equals), 0, ""};
     RefuseDeepKeys(text, "--set");
     std::string_view key = std::string_view(text).substr(0, equals);
     const bool of_block = key.starts_with("trajectory.") || key.starts_with("reduction.");

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "linear/block_cholesky.h"
+#include "linear/random_block_matrix.h"
 #include "solve/rank.h"
-#include "sparse/random_block_matrix.h"
 #include <benchmark/benchmark.h>
 
 namespace sarblock {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "io/io_fixture.h"
+#include "support/folder_test.h"
 #include "support/run_program.h"
 
 namespace sarblock::test {

@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "io/io_fixture.h"
 #include "support/csv_rows.h"
+#include "support/folder_test.h"
 #include "support/run_program.h"
 #include <fmt/core.h>
 #include <gmock/gmock.h>
@@ -436,6 +436,7 @@ TEST_F(LeberlCommandTest, ParallaxNamesTheRowAtFault) {
       "parallax", {"--base-m", "8000", "--height-m", "10000", "--presentation", "slant", table});
   EXPECT_EQ(run.exit_code, 3);
   EXPECT_THAT(run.err, HasSubstr("in.csv:3: point_height_m"));
+  EXPECT_EQ(run.out, "");
 }
 
 TEST_F(LeberlCommandTest, SingleFlightIsUndeterminedForEveryPairOfSquints) {

@@ -249,8 +249,10 @@ TEST(IntersectionOutcomeTest, EveryOutcomeHasItsOwnNameAndSentence) {
                              kAmbiguous,
                              kNotConverged}) {
     names.insert(NameOf(outcome));
-    sentences.insert(Explain(outcome));
-    EXPECT_EQ(std::string(Explain(outcome)).back(), '.');
+    const std::string sentence = Explain(outcome);
+    ASSERT_FALSE(sentence.empty());
+    EXPECT_NE(sentence.back(), '.');  // messages go on after it
+    sentences.insert(sentence);
   }
   EXPECT_EQ(names.size(), 8u);
   EXPECT_EQ(sentences.size(), 8u);

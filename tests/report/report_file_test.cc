@@ -5,9 +5,9 @@
 #include <sstream>
 #include <utility>
 
-#include "io/io_fixture.h"
 #include "report/result_page.h"
 #include "report/shown_result.h"
+#include "support/folder_test.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

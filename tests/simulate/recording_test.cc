@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "core/threads.h"
-#include "io/io_fixture.h"
 #include "simulate/small_scene.h"
 #include "simulate/true_path.h"
+#include "support/folder_test.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -115,7 +115,7 @@ enum class IntersectionOutcome {
   kNotConverged,
 };
 [[nodiscard]] const char* NameOf(IntersectionOutcome outcome);   ///< "circles-coincide", ...
-[[nodiscard]] const char* Explain(IntersectionOutcome outcome);  ///< one sentence for people
+[[nodiscard]] const char* Explain(IntersectionOutcome outcome);  ///< for people, no full stop
 
 struct Intersection {
   IntersectionOutcome outcome = IntersectionOutcome::kNotConverged;
