@@ -30,6 +30,8 @@ constexpr double kSamePointPart = 1e-6;
 // Refinement moves a start by the misfit of the looks, far less than this part of the range.
 constexpr double kClearPart = 0.05;
 constexpr std::size_t kMaxLooksPaired = 16;
+// Angles whose sines and cosines differ by less than this part may differ by rounding alone.
+constexpr double kSameAngle = 1e-14;
 
 void Require(bool holds, const char* field, const char* problem) {
   if (!holds) {
@@ -115,6 +117,13 @@ bool Fits(const Candidate& candidate, std::size_t looks) {
   return candidate.square_sum <= LargestMisfit(looks);
 }
 
+// The line of sight, projected across the flight.
+Eigen::Vector3d AcrossTrack(const Eigen::Vector3d& p_m, const FixedPathLook& observation) {
+  const Eigen::Vector3d along = observation.velocity_mps.stableNormalized();
+  const Eigen::Vector3d d_m = p_m - observation.antenna_m;
+  return d_m - along.dot(d_m) * along;
+}
+
 // At most the two mirror solutions.
 struct Pool {
   std::array<Candidate, 2> items;
@@ -142,12 +151,14 @@ struct Pool {
 Intersection ResultOf(std::span<const FixedPathLook> observations,
                       const Eigen::Vector3d& origin_m,
                       const Candidate& candidate,
+                      const IntersectionOptions& options,
                       IntersectionOutcome outcome) {
   Intersection result;
   result.outcome = outcome;
   result.position_m = origin_m + candidate.point_m;
   result.weighted_square_sum = candidate.square_sum;
   result.iterations = candidate.iterations;
+  if (!options.figures) return result;
   result.intersection_rad = LargestIntersectionAngle(result.position_m, observations);
   if (candidate.converged && candidate.determined) {
     result.covariance_m2 = internal::CovarianceOf(candidate.r);
@@ -160,24 +171,31 @@ Intersection ResultOf(std::span<const FixedPathLook> observations,
 double LargestIntersectionAngle(const Eigen::Vector3d& p_m,
                                 std::span<const FixedPathLook> observations) {
   const std::size_t n = observations.size();
-  double largest_rad = 0.0;
+  double largest_rad = 0.0, largest_sine = 0.0, largest_cosine = 1.0;
   std::size_t far = 0;
-  const auto sweep = [&](std::size_t i, std::size_t begin) {
-    for (std::size_t k = begin; k < n; ++k) {
-      const double angle_rad = IntersectionAngle(p_m, observations[i], observations[k]);
-      if (angle_rad > largest_rad) {
-        largest_rad = angle_rad;
-        far = k;
-      }
-    }
+  const auto offer = [&](const Eigen::Vector3d& a_m, const Eigen::Vector3d& b_m, std::size_t k) {
+    const double sine = a_m.cross(b_m).norm(), cosine = a_m.dot(b_m);
+    // Most are smaller than the largest by far more than rounding: their arc is not computed.
+    const double more = sine * largest_cosine, less = cosine * largest_sine;
+    if (more - less < -kSameAngle * (more + std::abs(less))) return;
+    const double angle_rad = std::atan2(sine, cosine);
+    if (!(angle_rad > largest_rad)) return;
+    largest_rad = angle_rad;
+    largest_sine = sine;
+    largest_cosine = cosine;
+    far = k;
   };
   if (n <= kMaxLooksPaired) {
+    std::array<Eigen::Vector3d, kMaxLooksPaired> across_m;
+    for (std::size_t k = 0; k < n; ++k) across_m[k] = AcrossTrack(p_m, observations[k]);
     for (std::size_t i = 0; i + 1 < n; ++i) {
-      sweep(i, i + 1);
+      for (std::size_t k = i + 1; k < n; ++k) offer(across_m[i], across_m[k], k);
     }
-  } else {
-    sweep(0, 1);
-    sweep(far, 0);
+    return largest_rad;
+  }
+  for (const std::size_t begin : {std::size_t{1}, std::size_t{0}}) {
+    const Eigen::Vector3d across_m = AcrossTrack(p_m, observations[far]);
+    for (std::size_t k = begin; k < n; ++k) offer(across_m, AcrossTrack(p_m, observations[k]), k);
   }
   return largest_rad;
 }
@@ -219,6 +237,7 @@ Intersection Intersect(std::span<const FixedPathLook> observations,
         return ResultOf(observations,
                         origin_m,
                         candidate,
+                        options,
                         Fits(candidate, observations.size())
                             ? IntersectionOutcome::kDetermined
                             : IntersectionOutcome::kCirclesDoNotMeet);
@@ -240,7 +259,7 @@ Intersection Intersect(std::span<const FixedPathLook> observations,
   const auto right_side = [&](const Candidate& c) { return placed(c).right_side; };
   const auto below = [&](const Candidate& c) { return placed(c).below; };
   const auto finish = [&](IntersectionOutcome outcome) {
-    return ResultOf(observations, origin_m, pool.Best(), outcome);
+    return ResultOf(observations, origin_m, pool.Best(), options, outcome);
   };
   // A point that floats within the noise (one circle twice) has no place to converge to.
   const auto settled = [&](const Candidate& c) {
@@ -282,13 +301,7 @@ Intersection IntersectWithHeight(const FixedPathLook& observation,
 double IntersectionAngle(const Eigen::Vector3d& p_m,
                          const FixedPathLook& a,
                          const FixedPathLook& b) {
-  const auto projected = [&p_m](const FixedPathLook& observation) -> Eigen::Vector3d {
-    const Eigen::Vector3d along = observation.velocity_mps.stableNormalized();
-    const Eigen::Vector3d d_m = p_m - observation.antenna_m;
-    return d_m - along.dot(d_m) * along;
-  };
-  const Eigen::Vector3d first_m = projected(a);
-  const Eigen::Vector3d second_m = projected(b);
+  const Eigen::Vector3d first_m = AcrossTrack(p_m, a), second_m = AcrossTrack(p_m, b);
   return std::atan2(first_m.cross(second_m).norm(), first_m.dot(second_m));
 }
 
@@ -636,7 +649,7 @@ bool Solver::FirmlyDetermined() const {
 }
 
 void Solver::Judge() {
-  if (!Evaluate(at_.point_m, &triangle_)) {
+  if (!at_.converged && !Evaluate(at_.point_m, &triangle_)) {  // else it was, at the last step
     return;
   }
   at_.r = triangle_.r;

@@ -120,8 +120,8 @@ void RequireSteadyCones(const AdjustmentProblem& problem) {
 }  // namespace
 
 StartReport ComputeStartValues(AdjustmentProblem* problem, ProgressSink* progress, int max_steps) {
-  const IntersectionOptions intersection{.max_iterations = max_steps,
-                                         .settled_sigmas = kStartSettled};
+  const IntersectionOptions intersection{
+      .max_iterations = max_steps, .settled_sigmas = kStartSettled, .figures = false};
   const Block& block = problem->block;
   RequireSteadyCones(*problem);
   const std::size_t points = block.points.size();

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/geometry/intersection.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <random>
+#include <vector>
 
 #include "geometry/sight_scene.h"
 #include <gtest/gtest.h>
@@ -51,6 +54,35 @@ TEST(IntersectionAngleTest, ReachesPi) {
   const FixedPathLook left = Station(0.0, -3e3, 4e3, 5e3, +1);
   const FixedPathLook below = Station(0.0, 6e3, -8e3, 10e3, -1);
   EXPECT_NEAR(IntersectionAngle(Eigen::Vector3d::Zero(), left, below), std::numbers::pi, 1e-15);
+}
+
+// Two routes: the largest of all pairs; above 16 looks of those with the first and the one farthest
+// from it.
+TEST(LargestIntersectionAngleTest, IsTheLargestOfThePairs) {
+  const Eigen::Vector3d p(123.25, -456.5, 78.75);
+  std::mt19937 random(417);
+  std::uniform_real_distribution<double> look_rad(0.2, 1.3), squint_rad(-0.4, 0.4);
+  std::vector<FixedPathLook> looks;
+  const auto angle_rad = [&](std::size_t i, std::size_t k) {
+    return IntersectionAngle(p, looks[i], looks[k]);
+  };
+  for (std::size_t count = 0; count <= 20; ++count) {
+    double largest_rad = 0.0;
+    std::size_t far = 0;
+    for (std::size_t k = 1; k < count; ++k) {
+      if (angle_rad(0, k) > angle_rad(0, far)) far = k;
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      for (std::size_t k = 0; k < count; ++k) {
+        if (count <= 16 || i == 0 || i == far) largest_rad = std::max(largest_rad, angle_rad(i, k));
+      }
+    }
+    EXPECT_EQ(LargestIntersectionAngle(p, looks), largest_rad) << count;
+    View view;
+    view.look_rad = look_rad(random);
+    view.squint_rad = squint_rad(random);
+    looks.push_back(FixPath(p, view));
+  }
 }
 
 }  // namespace
