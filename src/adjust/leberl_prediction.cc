@@ -44,9 +44,10 @@ struct BestPair {
   double across_azimuth_rad = 0.0;
 };
 
-/// What an error of one correction, as large as its prior sigma, does to the point.
+/// What an error of one correction, as large as its prior sigma, does to the point, or a metre of
+/// range of one look.
 struct Effect {
-  int parameter = 0;  // of a joint prior the place of the column of its factor
+  int parameter = 0;  // of a joint prior the place of the column of its factor; 0 of a range
   double across_m = 0.0;
   double up_m = 0.0;
 };
@@ -128,21 +129,43 @@ class Predictor {
         }
       }
     }
-    double smallest_m = std::numeric_limits<double>::infinity();
+    double smallest_m2 = std::numeric_limits<double>::infinity();
+    const Candidate *first = nullptr, *second = nullptr;
+    leberl::StereoConfiguration configuration;
     for (std::size_t i = 0; i < candidates_.size(); ++i) {
       for (std::size_t j = i + 1; j < candidates_.size(); ++j) {
         if (far != 0 && i != 0 && i != far && j != far) continue;
         const Candidate &a = candidates_[i], &b = candidates_[j];
         const auto c = leberl::ReducePair(ToTriple(p_m), ToTriple(up), a.reduced, b.reduced);
         if (!c) continue;
-        const auto noise = leberl::NoiseOfRange(*c, a.range_sigma_m, b.range_sigma_m);
-        const double size_m = std::hypot(noise.sigma_y_m, noise.sigma_z_m);
-        if (!(size_m < smallest_m)) continue;
-        smallest_m = size_m;
-        *best = BestPair{
-            a.look, b.look, *c, noise, AcrossAzimuth(p_m, up, a.observation, b.observation)};
+        const double size_m2 = NoiseSquare_m2(*c, a.range_sigma_m, b.range_sigma_m);
+        if (!(size_m2 < smallest_m2)) continue;
+        smallest_m2 = size_m2;
+        first = &a;
+        second = &b;
+        configuration = *c;
       }
     }
+    if (first == nullptr) return;
+    *best =
+        BestPair{first->look,
+                 second->look,
+                 configuration,
+                 leberl::NoiseOfRange(configuration, first->range_sigma_m, second->range_sigma_m),
+                 AcrossAzimuth(p_m, up, first->observation, second->observation)};
+  }
+
+  /// sigma_y^2 + sigma_z^2 of leberl::NoiseOfRange, without its roots: most pairs are not the best.
+  [[nodiscard]] static double NoiseSquare_m2(const leberl::StereoConfiguration& c,
+                                             double first_range_sigma_m,
+                                             double second_range_sigma_m) {
+    const double height_m2 = c.height_m * c.height_m;
+    const double first_m2 = c.ground_range_m * c.ground_range_m;
+    const double second_m2 = (c.ground_range_m - c.base_m) * (c.ground_range_m - c.base_m);
+    const double first = first_range_sigma_m * first_range_sigma_m * (height_m2 + first_m2);
+    const double second = second_range_sigma_m * second_range_sigma_m * (height_m2 + second_m2);
+    return (first * (height_m2 + second_m2) + second * (height_m2 + first_m2)) /
+           (c.base_m * c.base_m * height_m2);
   }
 
   /// Of up x along, along the mean track with the first look's sense, as in the reduction.
@@ -168,6 +191,11 @@ class Predictor {
       out->path_known = false;
       return;
     }
+    leberl::StereoErrors errors;
+    (errors.*station).dr_m = 1.0;
+    const Effect of_range{0,
+                          AcrossError(out->best->configuration, errors),
+                          HeightError(out->best->configuration, errors)};
     Eigen::Index column = 0;
     for (int b = 0; b < columns_.block_count; ++b) {
       const ParameterBlock& block =
@@ -187,13 +215,13 @@ class Predictor {
           double carried = slope;
           int from = block.offset + k;
           for (const Parameter* at = &p; at->before >= 0;) {
-            AddEffect(from, -carried * at->step_sigma, station, out);
+            AddEffect(from, -carried * at->step_sigma, of_range, out);
             carried *= at->carried;
             from = at->before;
             at = &problem_.layout.parameters[static_cast<std::size_t>(from)];
           }
           const auto first = static_cast<std::size_t>(from);
-          AddEffect(from, -carried * problem_.layout.parameters[first].prior_sigma, station, out);
+          AddEffect(from, -carried * problem_.layout.parameters[first].prior_sigma, of_range, out);
           continue;
         }
         // Of a joint prior what is independent: the columns of its factor.
@@ -205,22 +233,16 @@ class Predictor {
         for (Eigen::Index q = 0; q <= row; ++q) {
           AddEffect(prior.parameters[static_cast<std::size_t>(q)],
                     -slope * prior.factor(row, q),
-                    station,
+                    of_range,
                     out);
         }
       }
     }
   }
 
-  static void AddEffect(int source,
-                        double dr_m,
-                        leberl::StationErrors leberl::StereoErrors::*station,
-                        Prediction* out) {
-    leberl::StereoErrors errors;
-    (errors.*station).dr_m = dr_m;
-    out->effects.push_back({source,
-                            AcrossError(out->best->configuration, errors),
-                            HeightError(out->best->configuration, errors)});
+  /// Of a range error, a multiple of the unit's effect.
+  static void AddEffect(int source, double dr_m, const Effect& of_range, Prediction* out) {
+    out->effects.push_back({source, dr_m * of_range.across_m, dr_m * of_range.up_m});
   }
 
   /// One entry a correction: a shared one acts on both looks.

@@ -34,18 +34,19 @@ Triple Cross(const Triple& a, const Triple& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
+const double kLeastCosine = std::cos(kMaxConvergence_rad), kMostSine = std::sin(kMaxSquint_rad);
+
 }  // namespace
 
 std::optional<StereoConfiguration> ReducePair(const Triple& point_m,
                                               const Triple& vertical,
                                               const ReducedLook& first,
-                                              const ReducedLook& second,
-                                              const ReductionLimits& limits) {
+                                              const ReducedLook& second) {
   const Triple first_track = Unit(first.velocity_mps);
   const Triple second_track = Unit(second.velocity_mps);
   const double cosine = Dot(first_track, second_track);
   // written so that NaN (a zero velocity) is refused too
-  if (!(std::abs(cosine) >= std::cos(limits.max_convergence_rad))) return std::nullopt;
+  if (!(std::abs(cosine) >= kLeastCosine)) return std::nullopt;
   const Triple along = Unit(Sum(first_track, cosine < 0.0 ? -1.0 : 1.0, second_track));
   const Triple up = Unit(Sum(vertical, -Dot(vertical, along), along));
   const Triple across = Cross(up, along);
@@ -54,7 +55,7 @@ std::optional<StereoConfiguration> ReducePair(const Triple& point_m,
   const Triple second_los_m = Sum(point_m, -1.0, second.antenna_m);
   for (const Triple& los_m : {first_los_m, second_los_m}) {
     const double sine = Dot(los_m, along) / std::sqrt(Dot(los_m, los_m));
-    if (!(std::abs(sine) <= std::sin(limits.max_squint_rad))) return std::nullopt;
+    if (!(std::abs(sine) <= kMostSine)) return std::nullopt;
   }
   const double first_height_m = -Dot(first_los_m, up);
   const double second_height_m = -Dot(second_los_m, up);
@@ -68,7 +69,7 @@ std::optional<StereoConfiguration> ReducePair(const Triple& point_m,
   c.arrangement = sides_m2 < 0.0 ? Arrangement::kOppositeSide : Arrangement::kSameSide;
   constexpr double kNoBase = 1e-9;  // of H: two looks from one track
   const bool meaningful =
-      std::abs(first_height_m - second_height_m) <= limits.max_height_ratio * c.height_m &&
+      std::abs(first_height_m - second_height_m) <= kMaxHeightRatio * c.height_m &&
       std::abs(c.base_m) > kNoBase * c.height_m && sides_m2 != 0.0;
   if (!meaningful) return std::nullopt;
   return c;

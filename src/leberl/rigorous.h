@@ -22,11 +22,9 @@ struct ReducedLook {
 };
 
 /// How far a real pair may be from the paper's: parallel tracks, equal heights, no squint.
-struct ReductionLimits {
-  double max_convergence_rad = 0.17;  ///< angle of the tracks (10 deg: cosine off by 1.5 percent)
-  double max_squint_rad = 0.17;       ///< of each look, against the mean track
-  double max_height_ratio = 0.1;      ///< |H' - H''| / mean H
-};
+inline constexpr double kMaxConvergence_rad = 0.17;  ///< of tracks (10 deg: cosine off by 1.5 %)
+inline constexpr double kMaxSquint_rad = 0.17;       ///< of each look, against the mean track
+inline constexpr double kMaxHeightRatio = 0.1;       ///< |H' - H''| / mean H
 
 /// Reduces a pair of looks at a point to the paper's B, H, y.
 ///
@@ -37,13 +35,12 @@ struct ReductionLimits {
 /// is what its errors depend on. In the paper's frame the reduction returns B, H and y themselves.
 ///
 /// Empty where the paper has no counterpart: tracks that converge, looks that are squinted or
-/// heights that differ by more than the limits, a point above an antenna, a base below 1e-9 H, or
+/// heights that differ by more than that, a point above an antenna, a base below 1e-9 H, or
 /// a point below an antenna. Antennas on different sides give the opposite-side arrangement.
 [[nodiscard]] std::optional<StereoConfiguration> ReducePair(const Triple& point_m,
                                                             const Triple& vertical,
                                                             const ReducedLook& first,
-                                                            const ReducedLook& second,
-                                                            const ReductionLimits& limits = {});
+                                                            const ReducedLook& second);
 
 }  // namespace sarblock::leberl
 
