@@ -101,11 +101,12 @@ struct AxisSums {
   Eigen::Vector3d first = Eigen::Vector3d::Zero();
   Eigen::Vector3d second = Eigen::Vector3d::Zero();
   Eigen::Vector3d third = Eigen::Vector3d::Zero();
-  bool used = false;
+  bool used = false, bends = false;  // without bends second and third are 0
   // By functions, then axes: numbers just written one by one are not read in pairs, for which the
   // processor would wait.
   void Add(const TermAtTime& term, const double* x) {
     used = true;
+    bends |= term.bends;
     std::array<const double*, 3> coefficient{};  // of each axis that is corrected
     int rank = 0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -309,8 +310,10 @@ bool CorrectedPath::Read(double measured_s,
     const Eigen::Matrix3d& axes = *out->axes;
     motion.position_m += axes * track.value;
     motion.velocity_mps += axes * track.first;
-    motion.acceleration_mps2 += axes * track.second;
-    motion.jerk_mps3 += axes * track.third;
+    if (track.bends) {
+      motion.acceleration_mps2 += axes * track.second;
+      motion.jerk_mps3 += axes * track.third;
+    }
     if (out->turning) {
       const TrackAxes& a = *out->turning;
       motion.velocity_mps += a.rate * track.value;
@@ -321,8 +324,10 @@ bool CorrectedPath::Read(double measured_s,
   if (frame.used) {
     motion.position_m += frame.value;
     motion.velocity_mps += frame.first;
-    motion.acceleration_mps2 += frame.second;
-    motion.jerk_mps3 += frame.third;
+    if (frame.bends) {
+      motion.acceleration_mps2 += frame.second;
+      motion.jerk_mps3 += frame.third;
+    }
   }
   out->bend_mps2 = motion.acceleration_mps2 - nominal_mps2;
   return motion.position_m.allFinite() && motion.velocity_mps.allFinite();

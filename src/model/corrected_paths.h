@@ -4,6 +4,7 @@
 #include "sarblock/block/block.h"
 #include "sarblock/model/result.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <limits>
@@ -56,6 +57,12 @@ struct PathReading {
   std::optional<TrackAxes> turning;       ///< the same with their derivatives, where they turn
   std::size_t term_count = 0;
   std::array<TermAtTime, ParameterLayout::kMaxPolynomials + ParameterLayout::kMaxSplines> terms;
+
+  [[nodiscard]] bool Bends() const {
+    return std::any_of(terms.begin(), terms.begin() + term_count, [](const TermAtTime& term) {
+      return term.bends;
+    });
+  }
 };
 
 /// What the looks of a pass say of how its path is to be read.

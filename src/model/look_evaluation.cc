@@ -49,6 +49,12 @@ struct AxisPartials : MotionPartials {
     by[2] += by_a;
     by[3] += dt_s * by_a;
   }
+  /// By value and rate alone: of terms that do not bend along axes that do not turn.
+  void SetStraight(const TwoRows& by_position, const TwoRows& by_velocity, double dt_s) {
+    set = true;
+    by[0] = by_position;
+    by[1] = dt_s * by_position + by_velocity;
+  }
   void SetInTrack(const Eigen::Matrix3d& axes,
                   const std::optional<TrackAxes>& turning,
                   const TwoRows& by_s,
@@ -77,12 +83,14 @@ void SetColumns(const TermAtTime& term, const AxisPartials& partials, LocalRow* 
   int rank = 0;
   for (int axis = 0; axis < 3; ++axis) {
     if (!term.components[static_cast<std::size_t>(axis)]) continue;
-    const Eigen::Vector2d by_value = partials.by[0].col(axis), by_first = partials.by[1].col(axis),
-                          by_second = partials.by[2].col(axis), by_third = partials.by[3].col(axis);
+    const Eigen::Vector2d by_value = partials.by[0].col(axis), by_first = partials.by[1].col(axis);
     auto column = static_cast<std::size_t>(term.column + term.by_axis * rank++);
     for (std::size_t k = 0; k < term.functions; ++k) {
       Eigen::Vector2d both = by_value * term.value[k] + by_first * term.first[k];
-      if (term.bends) both += by_second * term.second[k] + by_third * term.third[k];
+      if (term.bends) {
+        both +=
+            partials.by[2].col(axis) * term.second[k] + partials.by[3].col(axis) * term.third[k];
+      }
       rows[0][column] = both[0];
       rows[1][column] = both[1];
       column += static_cast<std::size_t>(term.by_function);
@@ -99,13 +107,20 @@ void SetPathColumns(const PathReading& path,
                     double dt_s,
                     LocalRow* rows) {
   AxisPartials track, frame;  // three numbers an axis serve all basis functions
+  const bool straight = !path.turning && !path.Bends();
   for (std::size_t q = 0; q < path.term_count; ++q) {
     const bool in_track = path.terms[q].axes == PositionCorrection::Axes::kTrack;
     AxisPartials& partials = in_track ? track : frame;
-    if (in_track && !partials.set) {
-      partials.SetInTrack(*path.axes, path.turning, by_s, by_v, by_a, dt_s);
-    } else if (!partials.set) {
-      partials.SetInFrame(by_s, by_v, by_a, dt_s);
+    if (!partials.set) {
+      if (straight) {
+        partials.SetStraight(in_track ? by_s.lazyProduct(*path.axes).eval() : by_s,
+                             in_track ? by_v.lazyProduct(*path.axes).eval() : by_v,
+                             dt_s);
+      } else if (in_track) {
+        partials.SetInTrack(*path.axes, path.turning, by_s, by_v, by_a, dt_s);
+      } else {
+        partials.SetInFrame(by_s, by_v, by_a, dt_s);
+      }
     }
     SetColumns(path.terms[q], partials, rows);
   }

@@ -54,6 +54,17 @@ void GatherColumns(const ParameterLayout& layout,
   }
 }
 
+const double* LocalCorrections(const ParameterLayout& layout,
+                               const LookColumns& columns,
+                               const Eigen::VectorXd& x,
+                               std::array<double, ParameterLayout::kMaxLocalColumns>* local) {
+  if (columns.block_count == 1) {
+    return x.data() + layout.blocks[static_cast<std::size_t>(columns.block[0])].offset;
+  }
+  GatherColumns(layout, columns, x, local->data());
+  return local->data();
+}
+
 MeasuredLook LookModel::MeasuredAt(std::size_t look) const {
   MeasuredLook out{block_.looks.time_s[look], block_.looks.range_m[look], block_.ConeOf(look)};
   if (block_.MeasuresDoppler(look)) {
@@ -87,9 +98,11 @@ std::optional<CorrectedMotion> LookModel::ReadMotion(std::size_t pass,
   LookColumns columns;
   ColumnsAt(pass, measured_s, &columns);
   std::array<double, ParameterLayout::kMaxLocalColumns> local;
-  GatherColumns(layout_, columns, x, local.data());
   PathReading path;
-  if (!paths_[pass].Read(measured_s, read_s, local.data(), &path)) return std::nullopt;
+  if (!paths_[pass].Read(
+          measured_s, read_s, LocalCorrections(layout_, columns, x, &local), &path)) {
+    return std::nullopt;
+  }
   const double later_s = path_s - read_s;
   return CorrectedMotion{later_s == 0.0 ? path.motion : path.motion.After(later_s), path_s};
 }

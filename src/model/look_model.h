@@ -130,4 +130,11 @@ void GatherColumns(const ParameterLayout& layout,
                    const Eigen::VectorXd& x,
                    double* local);
 
+/// The same in place where they follow each other in x, as those of one block do, else in `local`.
+[[nodiscard]] const double* LocalCorrections(
+    const ParameterLayout& layout,
+    const LookColumns& columns,
+    const Eigen::VectorXd& x,
+    std::array<double, ParameterLayout::kMaxLocalColumns>* local);
+
 }  // namespace sarblock

@@ -140,23 +140,7 @@ std::optional<PointStatus> AdjustmentProblem::LacksEquations(std::size_t point) 
   return 2 * looks + rows < 3 ? std::optional(PointStatus::kTooFewLooks) : std::nullopt;
 }
 
-namespace {
-
-/// The corrections of a look at a state; `local` holds them where they are not consecutive already,
-/// as those of one block are.
-const double* CorrectionsOf(const LookModel& model,
-                            const LookColumns& columns,
-                            const BlockState& state,
-                            std::array<double, ParameterLayout::kMaxLocalColumns>* local) {
-  if (columns.block_count == 1) {
-    const auto block = static_cast<std::size_t>(columns.block[0]);
-    return state.corrections.data() + model.layout().blocks[block].offset;
-  }
-  GatherColumns(model.layout(), columns, state.corrections, local->data());
-  return local->data();
-}
-
-}  // namespace
+namespace {}  // namespace
 
 bool EvaluateLook(const LookModel& model,
                   const BlockState& state,
@@ -168,7 +152,7 @@ bool EvaluateLook(const LookModel& model,
                   LookCurvature* curvature) {
   model.ColumnsOf(look, columns);
   std::array<double, ParameterLayout::kMaxLocalColumns> local;
-  const double* x = CorrectionsOf(model, *columns, state, &local);
+  const double* x = LocalCorrections(model.layout(), *columns, state.corrections, &local);
   return model.Evaluate({look, *columns, state.start_m[point], state.displacement_m[point], x},
                         weights,
                         out,
@@ -183,7 +167,7 @@ bool EvaluateErrors(const LookModel& model,
   LookColumns columns;
   model.ColumnsOf(look, &columns);
   std::array<double, ParameterLayout::kMaxLocalColumns> local;
-  const double* x = CorrectionsOf(model, columns, state, &local);
+  const double* x = LocalCorrections(model.layout(), columns, state.corrections, &local);
   columns.column_count = 0;
   return model.Evaluate(
       {look, columns, state.start_m[point], state.displacement_m[point], x}, {}, out);
