@@ -209,7 +209,8 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     report.final_cost = system.cost();  // weights may have followed
     return true;
   };
-  const bool starts = restart();
+  report.formed_at_state = options.formed && solve(&newton);
+  const bool starts = report.formed_at_state || restart();
   report.initial_cost = report.final_cost = system.cost();
   if (!starts) {
     report.message = "the equations at the start cannot be solved";
