@@ -8,6 +8,8 @@
 #include <cstdio>
 #include <system_error>
 
+#include <fmt/compile.h>
+
 namespace sarblock {
 namespace {
 
@@ -82,6 +84,13 @@ std::string Quoted(std::string_view text) {
 
 void AppendNumber(double value, std::string* text) {
   std::array<char, 32> digits;  // the longest shortest form has 24 characters
+  // Both libraries write the fewest digits that read back; these numbers both without an exponent,
+  // and {fmt} in three quarters of the time.
+  const double size = std::abs(value);
+  if (size >= 1e-3 && size < 1e15 && value != std::trunc(value)) {
+    text->append(digits.data(), fmt::format_to(digits.data(), FMT_COMPILE("{}"), value));
+    return;
+  }
   const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), value);
   static_cast<void>(error);  // cannot fail with 32 characters
   text->append(digits.data(), end);
