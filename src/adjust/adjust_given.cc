@@ -450,7 +450,6 @@ AdjustResult AdjustGiven(const Block& block,
   std::vector<std::string> structure;
   PointDefects defects;
   bool floating = false;
-  std::optional<ReducedSystem> system;
   {
     const StageTimer timer("start", &result.stages);
     StartReport start = ComputeStartValues(&problem, progress);
@@ -468,26 +467,17 @@ AdjustResult AdjustGiven(const Block& block,
       Warn(&result, finding.text);
     }
     RequireCovarianceMethod(problem, asked);
-    system.emplace(problem, KeptFactors::kMaxBytes);
+    std::optional<ReducedSystem> system;
+    system.emplace(problem);
     const ResourceNeeds needs = PredictNeeds(problem, asked, &*system);
     if (const std::string text = ProblemOfMemory(needs, asked); !text.empty()) {
       throw InputError(FilePlace{}, text);
     }
-    // The solution goes on from this system, where it is one that the reduced engine begins with.
-    const bool goes_on =
-        asked.robust == RobustLoss::kNone && Resolve(asked.engine) == Engine::kReduced;
-    const auto form = [&] {
-      if (goes_on) {
-        system->FormSettled({.renewed = &problem.weights}, 0.0, kMaxOwnStep, &state, progress);
-      } else {
-        system->Form(state, {}, progress);
-      }
-    };
-    form();
+    system->Form(state, {}, progress);
     if (asked.datum == Datum::kInner) {
       floating = FixDatumIfFloating(state, &problem);
       if (floating) {
-        form();
+        system->Form(state, {}, progress);
       } else {
         Warn(&result, "control or priors give the block a datum: inner constraints change nothing");
       }
@@ -497,9 +487,9 @@ AdjustResult AdjustGiven(const Block& block,
     if (system->weak_points().empty()) {
       RequireRegular(problem, FactorAndAnalyse(&*system, &state), structure);
     }
-    if (!goes_on || !system->weak_points().empty()) system.reset();
   }
   SolveReport solve;
+  std::optional<ReducedSystem> system;
   const Solution solution{&problem, &state, &solve, &system, &defects};
   bool unsettled = false;
   AdjustOptions options = SolveAndSearch(asked, solution, progress, &result, &unsettled);

@@ -209,8 +209,7 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     report.final_cost = system.cost();  // weights may have followed
     return true;
   };
-  report.formed_at_state = options.formed && solve(&newton);
-  const bool starts = report.formed_at_state || restart();
+  const bool starts = restart();
   report.initial_cost = report.final_cost = system.cost();
   if (!starts) {
     report.message = "the equations at the start cannot be solved";

@@ -175,8 +175,7 @@ SolveReport SolveRounds(const Weighting& weighting,
   const int allowed = total.iterations + options.max_iterations;
   std::optional<ReducedSystem> own;
   std::optional<ReducedSystem>& system = solved == nullptr ? own : *solved;
-  bool formed = system.has_value() && least_squares && !ceres;
-  if (!formed) system.emplace(*problem, KeptFactors::kMaxBytes);
+  system.emplace(*problem, KeptFactors::kMaxBytes);
   Weighting weighted = weighting;
   if (least_squares) weighted.renewed = &problem->weights;
   bool finished = false;  // at the places where the paths were read
@@ -193,7 +192,6 @@ SolveReport SolveRounds(const Weighting& weighting,
     solve.settle_below = approach ? kApproached : std::max(options.tolerance, near_enough);
     solve.take_last_step = approach && least_squares;
     solve.ceres_solver = options.ceres_solver;
-    solve.formed = std::exchange(formed, false);
     bool comes_near = !finished;
     if (approach && ceres) {
       const SolveReport report = SolveWithCeres(*problem, weighting, solve, state, progress);
@@ -281,7 +279,6 @@ void SolveOnce(const AdjustOptions& options,
                std::optional<ReducedSystem>* system,
                ProgressSink* progress) {
   const SolveReport before = *solve;
-  if (system != nullptr) system->reset();
   *solve = SolveRounds(
       {options.robust, RobustScale(options)}, options, problem, state, progress, system);
   solve->iterations += before.iterations;

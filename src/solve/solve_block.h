@@ -64,9 +64,7 @@ struct PassLooks {
 
 /// Solves a problem by the engine that is asked for, the weights formed anew as the solution comes
 /// near; least squares end with whole Newton steps, the same for both engines. `solved`, where
-/// given, becomes the reduced system, without a loss and undamped, formed at the solution; one that
-/// is there already must be that of the state, its points settled (ReducedSystem::FormSettled): the
-/// reduced engine's first step is its.
+/// given, becomes the reduced system, without a loss and undamped, formed at the solution.
 [[nodiscard]] SolveReport SolveRounds(const Weighting& weighting,
                                       const AdjustOptions& options,
                                       AdjustmentProblem* problem,
