@@ -44,8 +44,8 @@ struct BestPair {
   double across_azimuth_rad = 0.0;
 };
 
-/// What an error of one correction, as large as its prior sigma, does to the point, or a metre of
-/// range of one look.
+/// What an error does to the point: of one correction, as large as its prior sigma, or of a range,
+/// of one metre.
 struct Effect {
   int parameter = 0;  // of a joint prior the place of the column of its factor; 0 of a range
   double across_m = 0.0;

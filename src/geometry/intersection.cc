@@ -649,7 +649,8 @@ bool Solver::FirmlyDetermined() const {
 }
 
 void Solver::Judge() {
-  if (!at_.converged && !Evaluate(at_.point_m, &triangle_)) {  // else it was, at the last step
+  // Where the iteration converged, its last step has evaluated this place already.
+  if (!at_.converged && !Evaluate(at_.point_m, &triangle_)) {
     return;
   }
   at_.r = triangle_.r;

@@ -140,8 +140,6 @@ std::optional<PointStatus> AdjustmentProblem::LacksEquations(std::size_t point) 
   return 2 * looks + rows < 3 ? std::optional(PointStatus::kTooFewLooks) : std::nullopt;
 }
 
-namespace {}  // namespace
-
 bool EvaluateLook(const LookModel& model,
                   const BlockState& state,
                   std::size_t point,
