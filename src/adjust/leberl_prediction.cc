@@ -131,41 +131,26 @@ class Predictor {
     }
     double smallest_m2 = std::numeric_limits<double>::infinity();
     const Candidate *first = nullptr, *second = nullptr;
-    leberl::StereoConfiguration configuration;
+    BestPair pair;
     for (std::size_t i = 0; i < candidates_.size(); ++i) {
       for (std::size_t j = i + 1; j < candidates_.size(); ++j) {
         if (far != 0 && i != 0 && i != far && j != far) continue;
         const Candidate &a = candidates_[i], &b = candidates_[j];
         const auto c = leberl::ReducePair(ToTriple(p_m), ToTriple(up), a.reduced, b.reduced);
         if (!c) continue;
-        const double size_m2 = NoiseSquare_m2(*c, a.range_sigma_m, b.range_sigma_m);
+        const auto noise = leberl::NoiseOfRange(*c, a.range_sigma_m, b.range_sigma_m);
+        const double size_m2 =
+            noise.sigma_y_m * noise.sigma_y_m + noise.sigma_z_m * noise.sigma_z_m;
         if (!(size_m2 < smallest_m2)) continue;
         smallest_m2 = size_m2;
         first = &a;
         second = &b;
-        configuration = *c;
+        pair = {a.look, b.look, *c, noise, 0.0};
       }
     }
     if (first == nullptr) return;
-    *best =
-        BestPair{first->look,
-                 second->look,
-                 configuration,
-                 leberl::NoiseOfRange(configuration, first->range_sigma_m, second->range_sigma_m),
-                 AcrossAzimuth(p_m, up, first->observation, second->observation)};
-  }
-
-  /// sigma_y^2 + sigma_z^2 of leberl::NoiseOfRange, without its roots: most pairs are not the best.
-  [[nodiscard]] static double NoiseSquare_m2(const leberl::StereoConfiguration& c,
-                                             double first_range_sigma_m,
-                                             double second_range_sigma_m) {
-    const double height_m2 = c.height_m * c.height_m;
-    const double first_m2 = c.ground_range_m * c.ground_range_m;
-    const double second_m2 = (c.ground_range_m - c.base_m) * (c.ground_range_m - c.base_m);
-    const double first = first_range_sigma_m * first_range_sigma_m * (height_m2 + first_m2);
-    const double second = second_range_sigma_m * second_range_sigma_m * (height_m2 + second_m2);
-    return (first * (height_m2 + second_m2) + second * (height_m2 + first_m2)) /
-           (c.base_m * c.base_m * height_m2);
+    pair.across_azimuth_rad = AcrossAzimuth(p_m, up, first->observation, second->observation);
+    *best = pair;
   }
 
   /// Of up x along, along the mean track with the first look's sense, as in the reduction.
@@ -240,7 +225,7 @@ class Predictor {
     }
   }
 
-  /// Of a range error, a multiple of the unit's effect.
+  /// The effect of a range error of `dr_m`, given that of one metre.
   static void AddEffect(int source, double dr_m, const Effect& of_range, Prediction* out) {
     out->effects.push_back({source, dr_m * of_range.across_m, dr_m * of_range.up_m});
   }

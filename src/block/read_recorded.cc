@@ -207,11 +207,11 @@ std::string WhyChosen(const RecordingEffect& chosen, const RecordingEffect& stat
 /// Calls `make` for a pass, whose name an InputError gets: sizes of states that cannot be computed
 /// with are seen only here.
 template <typename Make>
-auto NamingPass(const Pass& pass, const Make& make) {
+auto NamingPass(const Pass& pass, const FilePlace& place, const Make& make) {
   try {
     return make();
   } catch (const InputError& error) {
-    throw InputError("pass " + pass.id,
+    throw InputError(place,
                      "no path can be made of its states " + Named(pass.recorded.asked.through) +
                          ": " + error.what());
   }
@@ -304,7 +304,7 @@ std::string FitWarning(const Pass& pass) {
 }
 
 /// Makes the path of a pass in the way that it asks for. Nothing where it stays as it is.
-std::optional<Ways> ReadPass(const TargetOfPass& target, Pass* read) {
+std::optional<Ways> ReadPass(const TargetOfPass& target, const FilePlace& place, Pass* read) {
   Pass& pass = *read;
   const PathThrough asked = pass.recorded.asked.through;
   pass.recorded.effect = {};
@@ -313,8 +313,9 @@ std::optional<Ways> ReadPass(const TargetOfPass& target, Pass* read) {
     return std::nullopt;  // without noise, and a cubic follows it
   }
   std::optional<Ways> ways(std::in_place, pass, target);
-  Ways::Way way = NamingPass(
-      pass, [&] { return asked == PathThrough::kAuto ? ways->Choose() : ways->Measure(asked); });
+  Ways::Way way = NamingPass(pass, place, [&] {
+    return asked == PathThrough::kAuto ? ways->Choose() : ways->Measure(asked);
+  });
   if (asked == PathThrough::kAuto) {
     way.effect.why = WhyChosen(way.effect, ways->Measure(PathThrough::kStates).effect);
   }
@@ -323,15 +324,20 @@ std::optional<Ways> ReadPass(const TargetOfPass& target, Pass* read) {
   const bool was_through_states = pass.recorded.states.empty();
   if (!through_states && was_through_states) pass.recorded.states = pass.path.states();
   if (!through_states || !was_through_states) {
-    pass.path = NamingPass(pass, [&] { return ways->PathOf(std::move(way)); });
+    pass.path = NamingPass(pass, place, [&] { return ways->PathOf(std::move(way)); });
   }
   if (through_states) pass.recorded.states.clear();
   return ways;
 }
 
+FilePlace PlaceOfPass(const Block& block, std::span<const FilePlace> places, std::size_t i) {
+  if (places.empty()) return {"", 0, "pass " + block.passes[i].id};
+  return {places[i].file, places[i].line, "pass[" + std::to_string(i) + "]"};
+}
+
 }  // namespace
 
-std::vector<std::string> ReadRecordedFlights(Block* block) {
+std::vector<std::string> ReadRecordedFlights(Block* block, std::span<const FilePlace> places) {
   constexpr std::size_t kNamedMisfits = 5;
   std::vector<std::string> warnings;
   std::vector<Remark> remarks;
@@ -339,7 +345,7 @@ std::vector<std::string> ReadRecordedFlights(Block* block) {
   const std::vector<TargetOfPass> targets = TargetsOf(*block);
   for (std::size_t i = 0; i < block->passes.size(); ++i) {
     Pass& pass = block->passes[i];
-    const std::optional<Ways> ways = ReadPass(targets[i], &pass);
+    const std::optional<Ways> ways = ReadPass(targets[i], PlaceOfPass(*block, places, i), &pass);
     if (!ways) continue;
     if (const auto remark = RemarkOn(*block, i, *ways)) remarks.push_back(*remark);
     const std::string misfit = FitWarning(pass);
@@ -358,7 +364,7 @@ std::vector<std::string> ReadRecordedFlights(Block* block) {
 void ReadRecordedFlights(const std::vector<std::uint32_t>& passes, Block* block) {
   const std::vector<TargetOfPass> targets = TargetsOf(*block);
   for (const std::uint32_t i : passes) {
-    static_cast<void>(ReadPass(targets[i], &block->passes[i]));
+    static_cast<void>(ReadPass(targets[i], PlaceOfPass(*block, {}, i), &block->passes[i]));
   }
 }
 

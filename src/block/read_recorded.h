@@ -2,8 +2,10 @@
 #pragma once
 
 #include "sarblock/block/block.h"
+#include "sarblock/core/error.h"
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -14,8 +16,11 @@ namespace sarblock {
 /// first of `states`, `orbit`, `positions` and `smooth` whose effect stays below a tenth of the
 /// standard deviation of azimuth, or the one of least effect. Paths read through their states stay
 /// as they are. The looks and the spans of the strips must be set. Returns warnings: recordings
-/// that matter, with the remedy, and smoothed paths that their states do not fit as stated.
-[[nodiscard]] std::vector<std::string> ReadRecordedFlights(Block* block);
+/// that matter, with the remedy, and smoothed paths that their states do not fit as stated. Throws
+/// InputError with the place of a pass of whose states no path can be made: of `places` by pass, as
+/// a reader of files knows them, else its id.
+[[nodiscard]] std::vector<std::string> ReadRecordedFlights(Block* block,
+                                                           std::span<const FilePlace> places = {});
 
 /// The same for these passes alone, without warnings.
 void ReadRecordedFlights(const std::vector<std::uint32_t>& passes, Block* block);

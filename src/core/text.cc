@@ -84,8 +84,8 @@ std::string Quoted(std::string_view text) {
 
 void AppendNumber(double value, std::string* text) {
   std::array<char, 32> digits;  // the longest shortest form has 24 characters
-  // Both libraries write the fewest digits that read back; these numbers both without an exponent,
-  // and {fmt} in three quarters of the time.
+  // Both libraries write the fewest digits that read back, and these numbers without an exponent;
+  // {fmt} is the faster.
   const double size = std::abs(value);
   if (size >= 1e-3 && size < 1e15 && value != std::trunc(value)) {
     text->append(digits.data(), fmt::format_to(digits.data(), FMT_COMPILE("{}"), value));

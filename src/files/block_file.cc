@@ -139,22 +139,6 @@ bool SharePathCorrections(const AdjustTable& options,
   return shared > 0;
 }
 
-/// ReadRecordedFlights, whose refusal of the states of a pass begins with the place of the pass.
-std::vector<std::string> MakePathsOfPasses(BlockReading* reading) {
-  Block& block = reading->result.block;
-  try {
-    return ReadRecordedFlights(&block);
-  } catch (const InputError& error) {
-    for (std::size_t i = 0; i < block.passes.size(); ++i) {
-      if (error.place().field != "pass " + block.passes[i].id) continue;
-      FilePlace place = reading->pass_places[i];
-      place.field = "pass[" + std::to_string(i) + "]";
-      throw InputError(place, error.problem());
-    }
-    throw;
-  }
-}
-
 }  // namespace
 
 BlockFile ReadBlockFrom(const TableSource& source, const ReadOptions& options) {
@@ -173,7 +157,7 @@ BlockFile ReadBlockFrom(const TableSource& source, const ReadOptions& options) {
     RequireAboveGround(reading.result.block);
     RequireBodyFixedStates(reading.result.block);
   }
-  for (std::string& warning : MakePathsOfPasses(&reading)) {
+  for (std::string& warning : ReadRecordedFlights(&reading.result.block, reading.pass_places)) {
     reading.result.warnings.push_back(std::move(warning));
   }
   for (std::string& remark : DoubtsOfReductions(reading.result.block)) {

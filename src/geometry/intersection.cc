@@ -158,7 +158,11 @@ Intersection ResultOf(std::span<const FixedPathLook> observations,
   result.position_m = origin_m + candidate.point_m;
   result.weighted_square_sum = candidate.square_sum;
   result.iterations = candidate.iterations;
-  if (!options.figures) return result;
+  if (!options.with_covariance) {
+    result.covariance_m2.setConstant(std::numeric_limits<double>::quiet_NaN());
+    result.intersection_rad = std::numeric_limits<double>::quiet_NaN();
+    return result;
+  }
   result.intersection_rad = LargestIntersectionAngle(result.position_m, observations);
   if (candidate.converged && candidate.determined) {
     result.covariance_m2 = internal::CovarianceOf(candidate.r);

@@ -34,7 +34,8 @@ Triple Cross(const Triple& a, const Triple& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-const double kLeastCosine = std::cos(kMaxConvergence_rad), kMostSine = std::sin(kMaxSquint_rad);
+const double kMinCosineOfTracks = std::cos(kMaxConvergence_rad);
+const double kMaxSineOfSquint = std::sin(kMaxSquint_rad);
 
 }  // namespace
 
@@ -46,7 +47,7 @@ std::optional<StereoConfiguration> ReducePair(const Triple& point_m,
   const Triple second_track = Unit(second.velocity_mps);
   const double cosine = Dot(first_track, second_track);
   // written so that NaN (a zero velocity) is refused too
-  if (!(std::abs(cosine) >= kLeastCosine)) return std::nullopt;
+  if (!(std::abs(cosine) >= kMinCosineOfTracks)) return std::nullopt;
   const Triple along = Unit(Sum(first_track, cosine < 0.0 ? -1.0 : 1.0, second_track));
   const Triple up = Unit(Sum(vertical, -Dot(vertical, along), along));
   const Triple across = Cross(up, along);
@@ -55,7 +56,7 @@ std::optional<StereoConfiguration> ReducePair(const Triple& point_m,
   const Triple second_los_m = Sum(point_m, -1.0, second.antenna_m);
   for (const Triple& los_m : {first_los_m, second_los_m}) {
     const double sine = Dot(los_m, along) / std::sqrt(Dot(los_m, los_m));
-    if (!(std::abs(sine) <= kMostSine)) return std::nullopt;
+    if (!(std::abs(sine) <= kMaxSineOfSquint)) return std::nullopt;
   }
   const double first_height_m = -Dot(first_los_m, up);
   const double second_height_m = -Dot(second_los_m, up);

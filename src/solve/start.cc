@@ -121,7 +121,7 @@ void RequireSteadyCones(const AdjustmentProblem& problem) {
 
 StartReport ComputeStartValues(AdjustmentProblem* problem, ProgressSink* progress, int max_steps) {
   const IntersectionOptions intersection{
-      .max_iterations = max_steps, .settled_sigmas = kStartSettled, .figures = false};
+      .max_iterations = max_steps, .settled_sigmas = kStartSettled, .with_covariance = false};
   const Block& block = problem->block;
   RequireSteadyCones(*problem);
   const std::size_t points = block.points.size();

@@ -35,6 +35,20 @@ TEST(IntersectTest, FindsAPythagoreanPointFromTheSameSide) {
   EXPECT_NEAR(result.intersection_rad, std::atan2(360.0, 319.0), 1e-14);
 }
 
+TEST(IntersectTest, HasNoCovarianceWhereNoneIsAskedFor) {
+  const std::array<FixedPathLook, 2> observations = {Station(-317.25, 0.0, 12e3, 37e3, +1),
+                                                     Station(-317.25, 30e3, 12e3, 13e3, +1)};
+  IntersectionOptions options;
+  const Intersection whole = Intersect(observations, Frame::Local(), options);
+  options.with_covariance = false;
+  const Intersection place = Intersect(observations, Frame::Local(), options);
+  EXPECT_EQ(place.outcome, kDetermined);
+  EXPECT_EQ(place.position_m, whole.position_m);
+  EXPECT_GT(whole.covariance_m2.trace(), 0.0);
+  EXPECT_TRUE(std::isnan(place.covariance_m2.trace()));
+  EXPECT_TRUE(std::isnan(place.intersection_rad));
+}
+
 // Opposite side: 35-12-37 and 9-12-15, the second antenna looks to the right.
 TEST(IntersectTest, FindsAPythagoreanPointFromOppositeSides) {
   const std::array<FixedPathLook, 2> observations = {Station(55.5, 0.0, 12e3, 37e3, +1),

@@ -134,8 +134,8 @@ struct IntersectionOptions {
   /// The solution is reached where a step changes the whitened equations by less than this part of
   /// a standard deviation. Above 1e-6 weights are those of the first approximation.
   double settled_sigmas = 1e-8;
-  /// Whether covariance and intersection angle are wanted; where not, they are 0.
-  bool figures = true;
+  /// Whether covariance and intersection angle are computed; where not, they are NaN.
+  bool with_covariance = true;
 };
 
 /// e_d of a look at fixed point as its time moves, and how fast it falls.
