@@ -106,7 +106,6 @@ TEST(IdTableTest, FindsTheFirstOfTwoEqualIdsBeforeAndAfterTheIndexIsBuilt) {
   EXPECT_EQ(table.Find("a"), 0u);
 }
 
-// Hand values of the edit distance: one change, one letter lost, one letter more.
 TEST(IdTableTest, AppendsAscendingIdsOnceWhateverFollowsThem) {  // hand-made order
   IdTable table;
   const std::vector<std::string> ids{"C1", "C2", "C10", "T1", "T9", "T10", "T2", "C10", "A", "T10"};
@@ -121,6 +120,7 @@ TEST(IdTableTest, AppendsAscendingIdsOnceWhateverFollowsThem) {  // hand-made or
   EXPECT_EQ(equal.FindOrAppend(""), 1u);
 }
 
+// Hand values of the edit distance: two letters exchanged, one lost, one more.
 TEST(IdTableTest, ProposesTheNearestId) {
   const IdTable table = TableOf({"reflector_north", "GCP17", "tie_004"});
   EXPECT_EQ(table.Nearest("GCP71"), "GCP17");

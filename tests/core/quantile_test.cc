@@ -55,7 +55,8 @@ TEST(ChiSquareTest, IntervalLeavesTheSameProbabilityOnBothSides) {
   EXPECT_FALSE(interval.Contains(std::numeric_limits<double>::quiet_NaN()));
 }
 
-TEST(NormalQuantileTest, ReproducesPrintedTables) {  // Abramowitz and Stegun, table 26.5
+// Second program: statistics.NormalDist().inv_cdf of Python, algorithm AS 241 (Wichura 1988).
+TEST(NormalQuantileTest, IsThatOfAnotherProgram) {
   EXPECT_NEAR(NormalQuantile(0.975), 1.959963984540054, 1e-14);
   EXPECT_NEAR(NormalQuantile(0.0005), -3.290526731491895, 1e-14);
   EXPECT_EQ(NormalQuantile(0.5), 0.0);

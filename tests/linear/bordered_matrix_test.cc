@@ -34,6 +34,17 @@ BorderedMatrix Chain(unsigned seed, double part) {
   return {std::move(a), std::move(t)};
 }
 
+void ExpectBlocksOf(const MatrixXd& dense, const BlockSymmetricMatrix& blocks, double bound) {
+  for (int j = 0; j < blocks.block_count(); ++j) {
+    for (const int i : blocks.RowsOfColumn(j)) {
+      const auto block = blocks.Block(i, j);
+      const MatrixXd wanted =
+          dense.block(blocks.offset(i), blocks.offset(j), block.rows(), block.cols());
+      EXPECT_LT((block - wanted).norm(), bound);
+    }
+  }
+}
+
 // Second route: dense algebra.
 TEST(BorderedMatrixTest, SolvesAndInvertsAsTheDenseMatrixDoes) {
   for (const unsigned seed : {3U, 17U, 91U}) {
@@ -56,14 +67,7 @@ TEST(BorderedMatrixTest, SolvesAndInvertsAsTheDenseMatrixDoes) {
 
     const BorderedInverse found = factor.SelectedInverse();
     const double size = inverse.norm();
-    for (int j = 0; j < found.blocks.block_count(); ++j) {
-      for (const int i : found.blocks.RowsOfColumn(j)) {
-        const auto block = found.blocks.Block(i, j);
-        const MatrixXd wanted = inverse.block(
-            found.blocks.offset(i), found.blocks.offset(j), block.rows(), block.cols());
-        EXPECT_LT((block - wanted).norm(), 1e-12 * size);
-      }
-    }
+    ExpectBlocksOf(inverse, found.blocks, 1e-12 * size);
     EXPECT_LT((found.border.ToDense() - t * inverse).norm(), 1e-12 * size);
   }
 }
@@ -116,14 +120,7 @@ TEST(BorderedMatrixTest, SolvesGroupsThatNothingElseJoinsSideBySide) {
   EXPECT_LT((matrix.Multiply(inverse.col(4)) - s * inverse.col(4)).norm(), 1e-14);
   EXPECT_LT((matrix.Diagonal() - s.diagonal()).norm(), 1e-14);
   const BorderedInverse found = factor.SelectedInverse();
-  for (int j = 0; j < found.blocks.block_count(); ++j) {
-    for (const int i : found.blocks.RowsOfColumn(j)) {
-      const auto block = found.blocks.Block(i, j);
-      const MatrixXd wanted =
-          inverse.block(found.blocks.offset(i), found.blocks.offset(j), block.rows(), block.cols());
-      EXPECT_LT((block - wanted).norm(), 1e-13);
-    }
-  }
+  ExpectBlocksOf(inverse, found.blocks, 1e-13);
   const MatrixXd of_border = t * inverse;
   for (Eigen::Index column = 0; column < t.cols(); ++column) {
     for (Eigen::Index term = 0; term < t.rows(); ++term) {

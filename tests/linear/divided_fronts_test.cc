@@ -293,8 +293,7 @@ TEST(DividedFrontsDeathTest, AreNotUsedWithinALoop) {
                "is used without them");
 }
 
-/// Invariants of a division: each front on one rank, every stage after those of its children, and
-/// the counts of two hand-made trees.
+// Invariance: each front on one rank, every stage after those of its children.
 TEST(FrontDivisionTest, PutsEveryFrontOnARankAfterItsChildren) {
   const BlockSymmetricMatrix matrix = Net(20, 15, 39);
   const sparse::Symbolic symbolic = sparse::Analyse(*matrix.pattern(), {}, kAny);
