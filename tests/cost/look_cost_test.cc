@@ -412,7 +412,7 @@ TEST_P(GradientTest, AgreesWithDifferenceQuotients) {
     const Eigen::MatrixXd difference = results.jacobians[b] - results.numeric_jacobians[b];
     for (Eigen::Index row = 0; row < 2; ++row) {
       const double size = results.numeric_jacobians[b].row(row).norm();
-      const double bound = (time ? 1e-4 : 1e-6) * std::max(size, 1e-2);
+      const double bound = (time ? 1e-5 : 1e-6) * std::max(size, 1e-2);
       EXPECT_LT(difference.row(row).norm(), bound)
           << "block " << b << " row " << row << " " << size;
     }

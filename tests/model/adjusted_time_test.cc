@@ -1,19 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/files/block_file.h"
-#include "sarblock/files/scene_file.h"
 #include "sarblock/geometry/look_equations.h"
-#include "sarblock/model/result.h"
-#include "sarblock/simulate/scene.h"
 
 #include <cmath>
-#include <filesystem>
 #include <string>
-#include <vector>
 
 #include "model/problem.h"
+#include "support/scene_blocks.h"
 #include "support/small_blocks.h"
-#include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 
 namespace sarblock {
@@ -56,13 +50,16 @@ TEST_P(PredictedLookTest, IsTheTimeAndTheRangeOfThePath) {
 INSTANTIATE_TEST_SUITE_P(Squints, PredictedLookTest, testing::Values(0.0, 20.0, 60.0));
 
 /// Mean of e' C^-1 e / 3 over the tie points.
-double NormalisedSquare(const Block& block, const Truth& truth, const AdjustResult& result) {
+double NormalisedSquare(const test::SceneBlock& made, const AdjustResult& result) {
   double sum = 0.0, count = 0.0;
-  for (std::size_t j = 0; j < block.points.size(); ++j) {
-    if (block.points.role[j] != PointRole::kTie || !IsSolved(result.points.status[j])) continue;
-    const Eigen::Vector3d e_m = result.points.position_m[j] - truth.points_m[j];
-    const Eigen::Matrix3d c = MatrixOf(result.points.covariance_m2[j]);
-    sum += e_m.dot(c.ldlt().solve(e_m)) / 3.0;
+  for (std::size_t j = 0; j < made.block.points.size(); ++j) {
+    if (made.block.points.role[j] != PointRole::kTie || !IsSolved(result.points.status[j]))
+      continue;
+    const double off = test::DistanceInSigmas(made.block.frame,
+                                              result.points.position_m[j],
+                                              made.truth.points_m[j],
+                                              result.points.covariance_m2[j]);
+    sum += off * off / 3.0;
     count += 1.0;
   }
   return sum / count;
@@ -74,23 +71,19 @@ double NormalisedSquare(const Block& block, const Truth& truth, const AdjustResu
 // docs/validation.md). The errors of all points are one scale and one shift, so that NEES spreads
 // like a chi-square of two over two: below 5 in 99 of 100 draws.
 TEST(AdjustedTimeScaleTest, ManyLooksDoNotShrinkTheBlock) {
-  const auto file = std::filesystem::path(SARBLOCK_DATASETS) / "benchmarks" / "strips.toml";
   for (const std::string seed : {"1", "2", "3"}) {
     SCOPED_TRACE("seed " + seed);
-    const Scene scene =
-        files::ReadScene(file,
-                         {"seed=" + seed,
-                          "points.count=1500",
-                          "control.count=4",
-                          "control.sigma_m=[1500,100,100]",
-                          "adjust.correction.position.sigma_m=[[10000,5000],[100,50],[100,50]]"});
-    const SimulatedBlock simulated = Simulate(scene);
-    std::vector<std::string> ids;
-    for (const Pass& pass : simulated.block.passes) ids.push_back(pass.id);
-    const AdjustOptions options = files::ReadAdjustTable(scene.adjust_toml, "strips", ids);
-    const AdjustResult result = Adjust(simulated.block, options);
+    const test::SceneBlock made = test::SimulatedSceneBlock(
+        "benchmarks",
+        "strips",
+        {"seed=" + seed,
+         "points.count=1500",
+         "control.count=4",
+         "control.sigma_m=[1500,100,100]",
+         "adjust.correction.position.sigma_m=[[10000,5000],[100,50],[100,50]]"});
+    const AdjustResult result = Adjust(made.block, made.options);
     ASSERT_TRUE(result.usable());
-    EXPECT_LT(NormalisedSquare(simulated.block, simulated.truth, result), 5.0);
+    EXPECT_LT(NormalisedSquare(made, result), 5.0);
     // The looks fit as well as noise does: s0^2 has a standard deviation of 0.017.
     EXPECT_NEAR(result.sigma0_squared, 1.0, 0.08);
   }

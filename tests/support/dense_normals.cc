@@ -15,6 +15,7 @@
 #include "solve/start.h"
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include <gtest/gtest.h>
 
 namespace sarblock::test {
 namespace {
@@ -194,6 +195,32 @@ Eigen::MatrixXd DenseCovariance(const Eigen::MatrixXd& jacobian) {
     covariance.row(c) /= length[c];
   }
   return covariance.cast<double>();
+}
+
+void ExpectDenseLeastSquares(const AdjustmentProblem& problem,
+                             const BlockState& state,
+                             const AdjustResult& result,
+                             double max_step) {
+  const DenseEquations dense = MakeDenseEquations(problem, state);
+  const Eigen::MatrixXd covariance = DenseCovariance(dense.jacobian);
+  const Eigen::VectorXd step = covariance * (dense.jacobian.transpose() * dense.residual);
+  const Eigen::VectorXd sigma = covariance.diagonal().cwiseSqrt();
+  EXPECT_LT(step.cwiseQuotient(sigma).cwiseAbs().maxCoeff(), max_step);
+  const double square_sum = dense.residual.squaredNorm();
+  EXPECT_NEAR(2.0 * result.final_cost, square_sum, 1e-9 * square_sum);
+  for (std::size_t point = 0; point < dense.column_of_point.size(); ++point) {
+    const int at = dense.column_of_point[point];
+    if (at < 0) continue;
+    const Eigen::Matrix3d expected = covariance.block<3, 3>(at, at);
+    const Eigen::Matrix3d given = FrameFromEnu(
+        problem.block.frame, state.Position(point), result.points.covariance_m2[point]);
+    EXPECT_LT((given - expected).norm(), 1e-9 * expected.norm()) << point;
+  }
+  for (const ParameterCovariance& entry : result.parameter_covariance) {
+    const auto a = static_cast<Eigen::Index>(entry.a) + dense.first_correction;
+    const auto b = static_cast<Eigen::Index>(entry.b) + dense.first_correction;
+    EXPECT_NEAR(entry.covariance, covariance(a, b), 1e-9 * sigma[a] * sigma[b]);
+  }
 }
 
 Eigen::Matrix3d FrameFromEnu(const Frame& frame,

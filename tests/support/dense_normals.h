@@ -30,6 +30,14 @@ struct DenseEquations {
 /// (J'J)^-1 by a QR factorisation in extended precision of J with unit columns.
 [[nodiscard]] Eigen::MatrixXd DenseCovariance(const Eigen::MatrixXd& jacobian);
 
+/// Expects a converged result, in `state`, to be the dense least-squares solution: a Gauss-Newton
+/// step of less than `max_step` sigmas is left of each unknown, and v'Pv and the covariances of
+/// points and corrections agree to 1e-9.
+void ExpectDenseLeastSquares(const AdjustmentProblem& problem,
+                             const BlockState& state,
+                             const AdjustResult& result,
+                             double max_step);
+
 /// The frame-axes 3 x 3 matrix of an east-north-up one at p.
 [[nodiscard]] Eigen::Matrix3d FrameFromEnu(const Frame& frame,
                                            const Eigen::Vector3d& p_m,

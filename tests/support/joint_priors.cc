@@ -5,6 +5,8 @@
 
 #include <string>
 
+#include <gtest/gtest.h>
+
 namespace sarblock::test {
 
 Eigen::MatrixXd StrongCovariance(const Eigen::VectorXd& sigma, std::uint64_t seed) {
@@ -40,6 +42,23 @@ AdjustOptions WithJointPrior(PositionCorrection::Axes axes, std::uint64_t seed) 
   options.groups = {{"position", position, {}, false}, {"range", range, {}, false}};
   options.priors = {prior};
   return options;
+}
+
+KnownBlock NoisyBlockWithControl(const BlockPlan& plan) {
+  KnownBlock known = MakeBlock(plan);
+  AddKnownPoint(0, {0.31, 0.47, 0.83}, &known);
+  AddKnownPoint(5, {0.53, 0.29, kNotGiven}, &known);
+  AddNoise(67, 1.0, &known);
+  return known;
+}
+
+void ExpectSameCorrections(const AdjustResult& a, const AdjustResult& b) {
+  ASSERT_EQ(a.parameters.size(), b.parameters.size());
+  for (std::size_t i = 0; i < a.parameters.size(); ++i) {
+    const ParameterResult &one = a.parameters[i], &other = b.parameters[i];
+    EXPECT_NEAR(one.value, other.value, 1e-7 * other.sigma) << other.name;
+    EXPECT_NEAR(one.sigma, other.sigma, 1e-7 * other.sigma) << other.name;
+  }
 }
 
 }  // namespace sarblock::test

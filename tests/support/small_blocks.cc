@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <string>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
 namespace sarblock::test {
@@ -226,6 +227,15 @@ void ShiftPath(std::size_t pass, const Eigen::Vector3d& shift_m, Block* block) {
   std::vector<StateVector> states = block->passes[pass].path.states();
   for (StateVector& state : states) state.position_m += shift_m;
   block->passes[pass].path = FlightPath(std::move(states));
+}
+
+double DistanceInSigmas(const Frame& frame,
+                        const Eigen::Vector3d& a_m,
+                        const Eigen::Vector3d& b_m,
+                        const SymmetricEnu& covariance_m2) {
+  const Eigen::Vector3d d_m = frame.EnuFromFrame(a_m) * (b_m - a_m);
+  const Eigen::Matrix3d c_m2 = MatrixOf(covariance_m2);
+  return std::sqrt(d_m.dot(c_m2.llt().solve(d_m)));
 }
 
 }  // namespace sarblock::test

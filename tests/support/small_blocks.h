@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sarblock/block/block.h"
+#include "sarblock/model/result.h"
 
 #include <array>
 #include <cstdint>
@@ -62,5 +63,11 @@ void AddNoise(std::uint64_t seed, double factor, KnownBlock* known);
 
 /// Moves the path of a pass by a constant, frame axes.
 void ShiftPath(std::size_t pass, const Eigen::Vector3d& shift_m, Block* block);
+
+/// sqrt(d' C^-1 d) of d = b - a, C a covariance in the east-north-up axes at a.
+[[nodiscard]] double DistanceInSigmas(const Frame& frame,
+                                      const Eigen::Vector3d& a_m,
+                                      const Eigen::Vector3d& b_m,
+                                      const SymmetricEnu& covariance_m2);
 
 }  // namespace sarblock::test
