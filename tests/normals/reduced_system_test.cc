@@ -45,6 +45,17 @@ BlockState StateOf(const test::KnownBlock& known, AdjustmentProblem* problem, do
   return state;
 }
 
+/// S of all equations at once: what the columns of the points leave of those of the corrections, by
+/// an orthogonal factorisation.
+Eigen::MatrixXd SchurComplementOf(const test::DenseEquations& dense) {
+  const Eigen::MatrixXd& j = dense.jacobian;
+  const Eigen::Index p = dense.first_correction;
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(j.leftCols(p));
+  const Eigen::MatrixXd rotated = qr.householderQ().transpose() * j.rightCols(j.cols() - p);
+  const Eigen::MatrixXd below = rotated.bottomRows(j.rows() - p);
+  return below.transpose() * below;
+}
+
 class ReducedSystemTest : public testing::TestWithParam<bool> {
  protected:
   ReducedSystemTest()
@@ -73,12 +84,8 @@ class ReducedSystemTest : public testing::TestWithParam<bool> {
 
 // Second route: S of the dense normal matrix, undone by the factor: S^-1 S_dense = I.
 TEST_P(ReducedSystemTest, IsTheSchurComplementOfTheDenseNormals) {
-  const Eigen::MatrixXd& j = dense_.jacobian;
-  const Eigen::Index p = dense_.first_correction, n = j.cols() - p;
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(j.leftCols(p));
-  const Eigen::MatrixXd rotated = qr.householderQ().transpose() * j.rightCols(n);
-  const Eigen::MatrixXd below = rotated.bottomRows(j.rows() - p);
-  const Eigen::MatrixXd s = below.transpose() * below;
+  const Eigen::MatrixXd s = SchurComplementOf(dense_);
+  const Eigen::Index n = s.rows();
   const Eigen::VectorXd unit = s.diagonal().cwiseSqrt();
   const Eigen::MatrixXd product =
       unit.asDiagonal() * system_->SolveFor(s) * unit.cwiseInverse().asDiagonal();
@@ -148,7 +155,7 @@ Eigen::VectorXd StepOfDifferences(const AdjustmentProblem& problem,
   return -hessian.fullPivLu().solve(gradient).tail(problem.layout.size());
 }
 
-// Second route.
+// Second route: second derivatives by differences of the dense gradient.
 TEST_P(ReducedSystemTest, GivesTheStepOfSecondDerivatives) {
   const Eigen::VectorXd expected = StepOfDifferences(*problem_, state_, dense_);
   const Eigen::VectorXd gauss_newton = system_->Step();
@@ -163,9 +170,9 @@ TEST_P(ReducedSystemTest, GivesTheStepOfSecondDerivatives) {
   }
 }
 
-// Second route. Corrections that accelerate the antenna turn the cone, and by that move the
-// crossing of points: a second derivative as large as the others where a polynomial is of second
-// degree.
+// The same second route. Corrections that accelerate the antenna turn the cone, and by that move
+// the crossing of points: a second derivative as large as the others where a polynomial is of
+// second degree.
 TEST(SecondDerivativesTest, CountTheAccelerationOfCorrections) {
   test::KnownBlock known = test::MakeBlock(test::AircraftPlan(7.9));
   test::AddKnownPoint(1, {0.31, 0.47, 0.39}, &known);
@@ -272,12 +279,9 @@ TEST(ReducedSystemDigitsTest, KeepsWhatPointsNearlyTake) {
   ReducedSystem system(problem);
   system.Form(state, {}, nullptr);
   const test::DenseEquations dense = test::MakeDenseEquations(problem, state);
-  const Eigen::Index p = dense.first_correction, n = problem.layout.size();
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(dense.jacobian.leftCols(p));
-  const Eigen::MatrixXd rotated = qr.householderQ().transpose() * dense.jacobian.rightCols(n);
-  const Eigen::MatrixXd below = rotated.bottomRows(rotated.rows() - p);
-  const Eigen::MatrixXd expected = below.transpose() * below;
-  const Eigen::VectorXd full = dense.jacobian.rightCols(n).colwise().squaredNorm();
+  const Eigen::MatrixXd expected = SchurComplementOf(dense);
+  const Eigen::VectorXd full =
+      dense.jacobian.rightCols(problem.layout.size()).colwise().squaredNorm();
   EXPECT_LT(expected(0, 0), 1e-5 * full[0]);
   const Eigen::VectorXd unit = expected.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd error = system.matrix().ToDense() - expected;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/model/result.h"
 
 #include <algorithm>
 #include <array>
@@ -13,7 +12,6 @@
 #include "solve/reduced_engine.h"
 #include "solve/start.h"
 #include "support/small_blocks.h"
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -47,15 +45,6 @@ struct Solved {
   BlockState state;
 };
 
-double LengthInSigmas(const Block& block,
-                      const Eigen::Vector3d& at_m,
-                      const Eigen::Vector3d& shift_m,
-                      const SymmetricEnu& c) {
-  const Eigen::Matrix3d matrix = MatrixOf(c);
-  const Eigen::Vector3d enu_m = block.frame.EnuFromFrame(at_m) * shift_m;
-  return std::sqrt(enu_m.dot(matrix.ldlt().solve(enu_m)));
-}
-
 /// Largest difference of positions over all points and directions, in standard deviations.
 double LargestShift(const Block& block,
                     const std::vector<Eigen::Vector3d>& a_m,
@@ -63,7 +52,8 @@ double LargestShift(const Block& block,
                     const std::vector<SymmetricEnu>& covariance_m2) {
   double largest = 0.0;
   for (std::size_t i = 0; i < a_m.size(); ++i) {
-    largest = std::max(largest, LengthInSigmas(block, a_m[i], b_m[i] - a_m[i], covariance_m2[i]));
+    largest =
+        std::max(largest, test::DistanceInSigmas(block.frame, a_m[i], b_m[i], covariance_m2[i]));
   }
   return largest;
 }
