@@ -3,17 +3,13 @@
 // Known by construction of each scene. And no warning on any good scene.
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
-#include "sarblock/files/block_file.h"
-#include "sarblock/files/scene_file.h"
-#include "sarblock/simulate/scene.h"
 
-#include <algorithm>
-#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "solve/start.h"
 #include "solve/structure.h"
+#include "support/scene_blocks.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -26,24 +22,14 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
 
-struct DefectiveScene {
-  Block block;
-  AdjustOptions options;
-};
+using test::SceneBlock;
 
-DefectiveScene Simulated(const std::string& name, const std::vector<std::string>& overrides = {}) {
-  const Scene scene =
-      files::ReadScene(std::string(SARBLOCK_DATASETS) + "/scenes/" + name + ".toml", overrides);
-  DefectiveScene made;
-  made.block = Simulate(scene).block;
-  std::vector<std::string> ids;
-  for (const Pass& pass : made.block.passes) ids.push_back(pass.id);
-  made.options = files::ReadAdjustTable(scene.adjust_toml, name, ids);
-  return made;
+SceneBlock Defective(const std::string& name, const std::vector<std::string>& sets = {}) {
+  return test::SimulatedSceneBlock("scenes/defective", name, sets);
 }
 
 /// What `check` says.
-std::vector<std::string> Structure(const DefectiveScene& made) {
+std::vector<std::string> Structure(const SceneBlock& made) {
   AdjustmentProblem problem(made.block, made.options.groups);
   const StartReport start = ComputeStartValues(&problem, nullptr);
   std::vector<std::string> texts;
@@ -58,7 +44,7 @@ struct Refusal {
   std::vector<std::string> names;
 };
 
-Refusal RefusalOf(const DefectiveScene& made) {
+Refusal RefusalOf(const SceneBlock& made) {
   try {
     const AdjustResult result = Adjust(made.block, made.options);
     ADD_FAILURE() << "adjusted, accepted " << result.usable();
@@ -70,7 +56,7 @@ Refusal RefusalOf(const DefectiveScene& made) {
 
 /// Refused, and the refusal repeats what `check` says.
 Refusal Refused(const std::string& scene, std::size_t findings) {
-  const DefectiveScene made = Simulated("defective/" + scene);
+  const SceneBlock made = Defective(scene);
   Refusal refusal = RefusalOf(made);
   const std::vector<std::string> structure = Structure(made);
   EXPECT_EQ(structure.size(), findings) << testing::PrintToString(structure);
@@ -111,9 +97,8 @@ TEST(DefectiveSceneTest, ControlOnOneLineLeavesTheTiltAboutIt) {
   EXPECT_THAT(refusal.names, Each(Not(HasSubstr("along"))));
 }
 
-TEST(DefectiveSceneTest, ABesidePointMendsControlOnOneLine) {
-  const DefectiveScene made =
-      Simulated("defective/collinear-control", {"control.layout=perimeter"});
+TEST(DefectiveSceneTest, ControlBesideTheLineDeterminesTheTilt) {
+  const SceneBlock made = Defective("collinear-control", {"control.layout=perimeter"});
   EXPECT_TRUE(Structure(made).empty());
   const AdjustResult result = Adjust(made.block, made.options);
   EXPECT_TRUE(result.usable());
@@ -122,7 +107,7 @@ TEST(DefectiveSceneTest, ABesidePointMendsControlOnOneLine) {
 
 TEST(DefectiveSceneTest, CoincidingCirclesNameEveryTiePoint) {
   for (const char* scene : {"single-flight-free", "zero-base"}) {
-    const Refusal refusal = RefusalOf(Simulated(std::string("defective/") + scene));
+    const Refusal refusal = RefusalOf(Defective(scene));
     EXPECT_THAT(refusal.text, HasSubstr("zero base, or squinted stereo from a single flight line"));
     EXPECT_EQ(refusal.names.size(), 120u);
     EXPECT_THAT(refusal.names, Contains("T1"));
@@ -141,7 +126,7 @@ TEST(DefectiveSceneTest, TimeAndAlongAreNamedByPass) {
 }
 
 TEST(DefectiveSceneTest, RangeAcrossAndUpAreOneThingOnANarrowSwath) {
-  const Refusal refusal = RefusalOf(Simulated("defective/narrow-swath"));
+  const Refusal refusal = RefusalOf(Defective("narrow-swath"));
   EXPECT_THAT(refusal.text, HasSubstr("on a swath of less than 5 degrees of look angle"));
   EXPECT_THAT(refusal.text, HasSubstr("not separable at one look angle"));
   EXPECT_THAT(refusal.names,
@@ -170,16 +155,14 @@ TEST(DefectiveSceneTest, APassOfOnePointIsNamed) {
 }
 
 TEST(DefectiveSceneTest, AMirrorPointThatFitsAsWellIsNamed) {
-  const Refusal refusal = RefusalOf(Simulated("defective/mirror-ambiguity"));
+  const Refusal refusal = RefusalOf(Defective("mirror-ambiguity"));
   EXPECT_THAT(refusal.text, HasSubstr("Two points satisfy the looks and their sides equally well"));
   EXPECT_EQ(refusal.names.size(), 60u);
 }
 
 TEST(DefectiveSceneTest, AMirrorPointWithStartCoordinatesIsWarnedOfByName) {
-  DefectiveScene made = Simulated("defective/mirror-ambiguity");
-  const Scene scene =
-      files::ReadScene(std::string(SARBLOCK_DATASETS) + "/scenes/defective/mirror-ambiguity.toml");
-  const std::vector<Eigen::Vector3d> truth_m = Simulate(scene).truth.points_m;
+  SceneBlock made = Defective("mirror-ambiguity");
+  const std::vector<Eigen::Vector3d>& truth_m = made.truth.points_m;
   for (std::size_t j = 0; j < truth_m.size(); ++j) {
     if (made.block.points.role[j] == PointRole::kTie) made.block.points.given_m[j] = truth_m[j];
   }
@@ -190,7 +173,7 @@ TEST(DefectiveSceneTest, AMirrorPointWithStartCoordinatesIsWarnedOfByName) {
 }
 
 TEST(DefectiveSceneTest, OppositeSidesNearThePlaneOfBothAntennasTouch) {
-  const DefectiveScene made = Simulated("defective/opposite-side-mirror");
+  const SceneBlock made = Defective("opposite-side-mirror");
   const AdjustResult result = Adjust(made.block, made.options);
   const IdTable& ids = made.block.points.ids;
   std::vector<std::string> left_out;
@@ -207,9 +190,9 @@ TEST(DefectiveSceneTest, OppositeSidesNearThePlaneOfBothAntennasTouch) {
 
 // A point with given coordinates fares as one without: left out by name, the rest adjusted.
 TEST(OpenPointTest, GivenCoordinatesDoNotHideCirclesThatCoincide) {
-  DefectiveScene made = Simulated("defective/zero-base");
-  const DefectiveScene third = Simulated(
-      "defective/zero-base", {"flight.1.start_m=[0,8000]", "flight.1.swath_ground_m=[5000,17000]"});
+  SceneBlock made = Defective("zero-base");
+  const SceneBlock third =
+      Defective("zero-base", {"flight.1.start_m=[0,8000]", "flight.1.swath_ground_m=[5000,17000]"});
   // Tie points of the first thirty keep their zero base, the others get a base of 8 km.
   Looks& looks = made.block.looks;
   made.block.passes.push_back(third.block.passes[1]);
@@ -243,32 +226,24 @@ TEST(OpenPointTest, GivenCoordinatesDoNotHideCirclesThatCoincide) {
 }
 
 std::vector<std::string> GoodScenes() {
-  std::vector<std::string> names;
-  const auto folder = std::filesystem::path(SARBLOCK_DATASETS) / "scenes";
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    // Leberl (1979), Fig. 5, which shows that no such stereo exists.
-    if (entry.path().extension() == ".toml" && entry.path().stem() != "single-flight-squint") {
-      names.push_back(entry.path().stem());
-    }
-  }
-  std::sort(names.begin(), names.end());
+  std::vector<std::string> names = test::SceneFiles();
+  std::erase(names, "single-flight-squint");  // Leberl (1979), Fig. 5: no such stereo exists
   return names;
 }
 
 class GoodSceneTest : public testing::TestWithParam<std::string> {};
 
 TEST_P(GoodSceneTest, RaisesNoAlarm) {
-  const DefectiveScene made = Simulated(GetParam(), {"points.count=200"});
+  const SceneBlock made = test::SimulatedSceneBlock("scenes", GetParam(), {"points.count=200"});
   EXPECT_THAT(Structure(made), testing::IsEmpty());
   const AdjustResult result = Adjust(made.block, made.options);
   EXPECT_THAT(result.warnings, testing::IsEmpty());
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, GoodSceneTest, testing::ValuesIn(GoodScenes()), [](const auto& s) {
-  std::string name = s.param;
-  std::replace(name.begin(), name.end(), '-', '_');
-  return name;
-});
+INSTANTIATE_TEST_SUITE_P(Scenes,
+                         GoodSceneTest,
+                         testing::ValuesIn(GoodScenes()),
+                         [](const auto& scene) { return test::TestNameOf(scene.param); });
 
 }  // namespace
 }  // namespace sarblock

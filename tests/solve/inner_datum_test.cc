@@ -144,8 +144,8 @@ TEST_P(InnerDatumTest, OfNamedPointsIsTheTransformationOfTheDenseInverse) {
   }
 }
 
-// Invariants: a distance and its variance, the redundancy of each look, do not know the datum.
-TEST_P(InnerDatumTest, LeavesDistancesAndRedundanciesAlone) {
+// Invariance: the variance of a distance does not depend on the datum.
+TEST_P(InnerDatumTest, LeavesVariancesOfDistancesAlone) {
   const Floating block(GetParam());
   const std::vector<std::uint8_t> all(block.known.truth_m.size(), 1);
   std::vector<std::uint8_t> some(block.known.truth_m.size(), 0);
