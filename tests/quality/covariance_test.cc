@@ -261,7 +261,6 @@ INSTANTIATE_TEST_SUITE_P(Blocks,
                            return tested.param.name;
                          });
 
-// Hand count: the nearest of four points on a line, each pair once.
 // Second route: the definition with the dense covariance of all points, its blocks along the known
 // directions (docs/theory/quality.md, eq. (17)).
 TEST_P(CovarianceTest, FreedomOfKnownPointsIsThatOfTheDenseCovariance) {
@@ -307,6 +306,7 @@ TEST_P(CovarianceTest, FreedomOfKnownPointsIsThatOfTheDenseCovariance) {
   }
 }
 
+// Hand count: the nearest of four points on a line, each pair once.
 TEST(NeighbourPairsTest, NamesEachNearestPairOnce) {
   test::BlockPlan plan = test::AircraftPlan();
   plan.points = 4;

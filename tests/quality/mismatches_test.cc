@@ -96,12 +96,12 @@ TEST_P(MismatchesTest, AGoodBlockHasNone) {
   EXPECT_EQ(AllOf(result.warnings).find("off alike"), std::string::npos);
 }
 
-INSTANTIATE_TEST_SUITE_P(Ways,
-                         MismatchesTest,
-                         testing::Values(Way{"iterative", Snooping::kIterative, RobustLoss::kNone},
-                                         Way{"robust", Snooping::kRobust, RobustLoss::kNone},
-                                         Way{"tukey", Snooping::kNone, RobustLoss::kTukey}),
-                         [](const auto& at) { return std::string(at.param.name); });
+constexpr Way kWays[] = {{"iterative", Snooping::kIterative, RobustLoss::kNone},
+                         {"robust", Snooping::kRobust, RobustLoss::kNone},
+                         {"tukey", Snooping::kNone, RobustLoss::kTukey}};
+INSTANTIATE_TEST_SUITE_P(Ways, MismatchesTest, testing::ValuesIn(kWays), [](const auto& at) {
+  return std::string(at.param.name);
+});
 
 // Every point is seen by four passes: without the wrong looks each is checked, and the size of the
 // error is that which was planted.
@@ -206,12 +206,9 @@ TEST_P(GroupOfLooksTest, IsNoneWhereErrorsAreScattered) {
   EXPECT_EQ(all.find("no shift of another pass"), std::string::npos) << all;
 }
 
-INSTANTIATE_TEST_SUITE_P(Ways,
-                         GroupOfLooksTest,
-                         testing::Values(Way{"iterative", Snooping::kIterative, RobustLoss::kNone},
-                                         Way{"robust", Snooping::kRobust, RobustLoss::kNone},
-                                         Way{"tukey", Snooping::kNone, RobustLoss::kTukey}),
-                         [](const auto& at) { return std::string(at.param.name); });
+INSTANTIATE_TEST_SUITE_P(Ways, GroupOfLooksTest, testing::ValuesIn(kWays), [](const auto& at) {
+  return std::string(at.param.name);
+});
 
 }  // namespace
 }  // namespace sarblock

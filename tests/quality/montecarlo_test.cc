@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "normals/point.h"
+#include "support/dense_normals.h"
 #include "support/small_blocks.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -110,14 +111,7 @@ TEST(MonteCarloTest, TellsACovarianceThatIsTooSmallOrTooLarge) {
   options.covariance = CovarianceLevel::kIntersection;  // paths held: too small
   const AdjustResult fixed = Adjust(known.block, options);
   AdjustmentProblem problem(known.block, options.groups);
-  BlockState state;
-  state.start_m = fixed.points.position_m;
-  state.displacement_m.assign(12, Eigen::Vector3d::Zero());
-  state.corrections.resize(problem.layout.size());
-  for (std::size_t i = 0; i < fixed.parameters.size(); ++i) {
-    state.corrections[static_cast<Eigen::Index>(i)] = fixed.parameters[i].value;
-  }
-  UpdateWeights(state, &problem);
+  const BlockState state = test::StateOf(fixed, &problem);
   const MonteCarloReport small = ReportOf(problem, state, options, fixed.points.covariance_m2);
   EXPECT_THAT(small.sentence, testing::StartsWith("the stated covariance is too small"));
   std::vector<SymmetricEnu> wide = fixed.points.covariance_m2;
@@ -196,13 +190,7 @@ TEST(MonteCarloTest, ExactReadingsAreThoseOfTheSolution) {
   const AdjustOptions options = MonteCarloOptions(1);
   const AdjustResult solved = Adjust(known.block, options);
   AdjustmentProblem problem(known.block, options.groups);
-  BlockState state;
-  state.start_m = solved.points.position_m;
-  state.displacement_m.assign(12, Eigen::Vector3d::Zero());
-  state.corrections.resize(problem.layout.size());
-  for (std::size_t i = 0; i < solved.parameters.size(); ++i) {
-    state.corrections[static_cast<Eigen::Index>(i)] = solved.parameters[i].value;
-  }
+  const BlockState state = test::StateOf(solved, &problem);
   const ExactReadings exact = ReadExactly(problem, state);
   Block block = known.block;
   block.looks.time_s = exact.azimuth;

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "quality/assess.h"
-#include "solve/start.h"
 #include "support/dense_normals.h"
 #include "support/share_sums.h"
 #include "support/small_blocks.h"
@@ -48,14 +47,7 @@ TEST(PriorQualityTest, RedundancyAndTestAreThoseOfTheDenseEquations) {
   const AdjustResult result = Adjust(known.block, options);
   ASSERT_TRUE(result.usable());
   AdjustmentProblem problem(known.block, options.groups);
-  BlockState state = ComputeStartValues(&problem, nullptr).state;
-  for (std::size_t point = 0; point < state.start_m.size(); ++point) {
-    state.displacement_m[point] = result.points.position_m[point] - state.start_m[point];
-  }
-  for (std::size_t i = 0; i < result.parameters.size(); ++i) {
-    state.corrections[static_cast<Eigen::Index>(i)] = result.parameters[i].value;
-  }
-  UpdateWeights(state, &problem);
+  const BlockState state = test::StateOf(result, &problem);
   const test::DenseEquations dense = test::MakeDenseEquations(problem, state);
   const Eigen::MatrixXd q = test::DenseCovariance(dense.jacobian);
   const auto priors = static_cast<Eigen::Index>(result.parameters.size());

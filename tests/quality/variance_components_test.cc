@@ -152,8 +152,8 @@ TEST(VarianceComponentsTest, GiveWhatTheirStandardDeviationsGive) {
   }
 }
 
-// Invariance and closed form: at the end every estimated component has v'Pv = r, both global tests
-// stand there, and the sum of all is the redundancy of the block up to control and priors.
+// Closed form: at the end every estimated component has v'Pv = r, to the hundredth of a standard
+// deviation where the estimation ends, and the redundancies add up to that of looks and control.
 TEST(VarianceComponentsTest, EndWhereEverySquareSumIsItsRedundancy) {
   test::KnownBlock known = BlockOfGroups(test::AircraftPlan(), 7, 40);
   Tell(3.0, 0.5, &known.block);
@@ -182,13 +182,18 @@ TEST(VarianceComponentsTest, EndWhereEverySquareSumIsItsRedundancy) {
   }
   EXPECT_FALSE(report.before.passed);
   EXPECT_TRUE(result.chi_square_passed);
-  EXPECT_NEAR(result.sigma0_squared, 1.0, 0.1);
-  // 40 points, 12 constants; control and priors keep the small rest.
-  // Other weights leave the priors another part of the redundancy.
+  for (std::size_t k = 0; k < 2; ++k) {
+    const VarianceComponent& c = report.components[k];
+    const ObservationGroup& group = result.assessment.groups[k];
+    EXPECT_EQ(group.name, k == 0 ? "ranges" : "azimuths");
+    EXPECT_NEAR(group.redundancy, c.redundancy, 1e-4);  // of floats
+    EXPECT_NEAR(group.factor(), 1.0, 0.01 * c.factor_deviation / c.factor);
+  }
+  // Other weights leave the priors another part of the redundancy; control keeps its own.
   EXPECT_NEAR(report.before.redundancy, result.test_redundancy, 1.0);
-  const double rest = result.test_redundancy - range.redundancy - azimuth.redundancy;
-  EXPECT_GT(rest, 0.0);
-  EXPECT_LT(rest, 30.0);
+  double control = 0.0;
+  for (const ControlQuality& of : result.control_quality) control += of.redundancy;
+  EXPECT_NEAR(result.test_redundancy - range.redundancy - azimuth.redundancy, control, 1e-6);
 }
 
 // Invariance: what the files say at first changes nothing.
