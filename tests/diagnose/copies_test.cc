@@ -60,7 +60,7 @@ TEST(FindCopiesTest, FindsLooksThatAreEqualButForRounding) {
   EXPECT_FALSE(FindCopies(block).any());
 }
 
-TEST(FindCopiesTest, TellsMeasuredDopplersOfOneTimeApart) {
+TEST(FindCopiesTest, DistinguishesMeasuredDopplersOfOneTime) {
   Block block = SceneBlock();
   for (Pass& pass : block.passes) {
     pass.wavelength_m = 0.24;

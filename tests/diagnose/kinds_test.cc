@@ -2,9 +2,6 @@
 // Kinds of mistakes that another explanation once stood before, or before which nothing was said;
 // what is planted is what is to be named.
 #include "sarblock/diagnose/diagnose.h"
-#include "sarblock/files/block_file.h"
-#include "sarblock/files/scene_file.h"
-#include "sarblock/simulate/scene.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,6 +11,7 @@
 
 #include "diagnose/plants.h"
 #include "diagnose/trial_blocks.h"
+#include "support/scene_blocks.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -140,17 +138,13 @@ TEST(KindsTest, FactorsOfStandardDeviationsAreFreeOfBias) {
 
 // A sample of 50 points knows a factor to 5 %, the whole block to 0.5 %.
 TEST(KindsTest, FactorsOfStandardDeviationsAreThoseOfTheWholeBlock) {
-  Scene scene = files::ReadScene(std::string(SARBLOCK_DATASETS) + "/scenes/leberl-aircraft.toml",
-                                 {"points.count=20000"});
-  Block block = Simulate(scene).block;
-  std::vector<std::string> ids;
-  for (Pass& pass : block.passes) {
-    ids.push_back(pass.id);
+  test::SceneBlock made =
+      test::SimulatedSceneBlock("scenes", "leberl-aircraft", {"points.count=20000"});
+  for (Pass& pass : made.block.passes) {
     pass.sigma.range_m *= 0.5;
     pass.sigma.azimuth *= 0.5;
   }
-  const Diagnosis diagnosis =
-      Diagnose(block, files::ReadAdjustTable(scene.adjust_toml, "scene", ids));
+  const Diagnosis diagnosis = Diagnose(made.block, made.options);
   ASSERT_FALSE(diagnosis.explanations.empty());
   const Explanation& first = diagnosis.explanations.front();
   EXPECT_EQ(first.cause, "sigma.all");
@@ -160,7 +154,7 @@ TEST(KindsTest, FactorsOfStandardDeviationsAreThoseOfTheWholeBlock) {
 }
 
 // 59 m of heights or a shift with 59 m of it up: the sample of this block does not decide.
-TEST(KindsTest, TiesAreToldAsTies) {
+TEST(KindsTest, TiesAreReportedAsTies) {
   const test::TrialResult result =
       test::RunTrial("leberl-aircraft", test::PlantNamed("control shifted by one vector"), 1);
   ASSERT_GE(result.diagnosis.explanations.size(), 2U);

@@ -58,7 +58,7 @@ Planted ScaledTimes(Block* block, RandomStream* random) {
   return PlantInPass(*block, pass, "time.scale");
 }
 
-/// A look of a point that more than its own two looks determine.
+/// A look of any point that has looks.
 std::optional<std::size_t> DrawLook(const Block& block,
                                     RandomStream* random,
                                     std::uint32_t* point) {
@@ -72,11 +72,8 @@ std::optional<std::size_t> DrawLook(const Block& block,
   return std::nullopt;
 }
 
-Planted OfLook(const Block& block, std::size_t look, std::uint32_t point, const char* cause) {
-  Planted planted{
-      true, {cause, "ids.look", "ids.point"}, {}, {std::string(block.points.ids[point])}, ""};
-  static_cast<void>(look);
-  return planted;
+Planted PlantInLook(const Block& block, std::uint32_t point, const char* cause) {
+  return {true, {cause, "ids.look", "ids.point"}, {}, {std::string(block.points.ids[point])}, ""};
 }
 
 Planted OneTime(Block* block, RandomStream* random) {
@@ -84,7 +81,7 @@ Planted OneTime(Block* block, RandomStream* random) {
   const auto look = DrawLook(*block, random, &point);
   if (!look) return {};
   block->looks.time_s[*look] += DrawSign(random) * DrawSize(0.5, 5.0, random);
-  return OfLook(*block, *look, point, "time.one");
+  return PlantInLook(*block, point, "time.one");
 }
 
 Planted OneRange(Block* block, RandomStream* random) {
@@ -92,7 +89,7 @@ Planted OneRange(Block* block, RandomStream* random) {
   const auto look = DrawLook(*block, random, &point);
   if (!look) return {};
   block->looks.range_m[*look] += DrawSign(random) * DrawSize(0.01, 0.1, random) * MeanRange(*block);
-  return OfLook(*block, *look, point, "range.one");
+  return PlantInLook(*block, point, "range.one");
 }
 
 Planted DriftingClock(Block* block, RandomStream* random) {
@@ -199,8 +196,7 @@ Planted ConeRadians(Block* block, RandomStream* random) {
   const std::uint32_t pass = DrawPass(*block, random);
   if (!HasCone(*block, pass, false)) return {};
   EditLooks(block, pass, [&](std::size_t i) { block->looks.cone[i] *= kRadOfDeg; });
-  Planted planted = PlantInPass(*block, pass, "cone.unit");
-  return planted;
+  return PlantInPass(*block, pass, "cone.unit");
 }
 
 Planted ConeLeftOut(Block* block, RandomStream* random) {
