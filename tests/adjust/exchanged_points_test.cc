@@ -2,35 +2,22 @@
 // Two points exchanged in one image, the commonest mistake of a matcher, with and without a search
 // for blunders: no result is accepted in which a point that nobody touched is wrong.
 #include "sarblock/adjust/adjust.h"
-#include "sarblock/files/block_file.h"
-#include "sarblock/files/scene_file.h"
-#include "sarblock/model/result.h"
-#include "sarblock/simulate/scene.h"
 
-#include <cmath>
-#include <filesystem>
+#include <algorithm>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include <Eigen/Cholesky>
+#include "support/scene_blocks.h"
+#include "support/small_blocks.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {
 namespace {
 
-struct Scene12 {
-  Scene12() {
-    const auto file = std::filesystem::path(SARBLOCK_DATASETS) / "scenes" / "block-12-strips.toml";
-    const Scene scene = files::ReadScene(file, {"check.count=0"});
-    simulated = Simulate(scene);
-    std::vector<std::string> ids;
-    for (const Pass& pass : simulated.block.passes) ids.push_back(pass.id);
-    options = files::ReadAdjustTable(scene.adjust_toml, "block-12-strips", ids);
-  }
-  SimulatedBlock simulated;
-  AdjustOptions options;
-};
+test::SceneBlock TwelveStrips() {
+  return test::SimulatedSceneBlock("scenes", "block-12-strips", {"check.count=0"});
+}
 
 /// The look of a point in a pass, or the number of looks.
 std::size_t LookOf(const Block& block, std::size_t point, std::size_t pass) {
@@ -38,13 +25,6 @@ std::size_t LookOf(const Block& block, std::size_t point, std::size_t pass) {
     if (block.looks.pass[i] == pass) return i;
   }
   return block.looks.size();
-}
-
-std::size_t PointOf(const Block& block, const std::string& id) {
-  for (std::size_t point = 0; point < block.points.size(); ++point) {
-    if (block.points.ids[point] == id) return point;
-  }
-  return block.points.size();
 }
 
 void Exchange(std::size_t first, std::size_t second, std::size_t pass, Block* block) {
@@ -61,26 +41,29 @@ struct Exchanged {
 class ExchangedPointsTest : public testing::TestWithParam<Exchanged> {};
 
 TEST_P(ExchangedPointsTest, LeaveNoOtherPointWrongAndAccepted) {
-  const Scene12 made;
+  test::SceneBlock made = TwelveStrips();
   const std::size_t pass = 4;  // S5
-  ASSERT_EQ(made.simulated.block.passes[pass].id, "S5");
-  Block block = made.simulated.block;
-  const std::size_t first = PointOf(block, GetParam().first);
-  const std::size_t second = PointOf(block, GetParam().second);
-  ASSERT_LT(std::max(first, second), block.points.size());
+  Block& block = made.block;
+  ASSERT_EQ(block.passes[pass].id, "S5");
+  const std::uint32_t first = block.points.ids.Find(GetParam().first);
+  const std::uint32_t second = block.points.ids.Find(GetParam().second);
+  ASSERT_NE(first, IdTable::kNone);
+  ASSERT_NE(second, IdTable::kNone);
   Exchange(first, second, pass, &block);
   for (const Snooping snooping : GetParam().searches) {
     SCOPED_TRACE(static_cast<int>(snooping));
     AdjustOptions options = made.options;
     options.quality.snooping = snooping;
     const AdjustResult result = Adjust(block, options);
-    if (!result.usable() || !result.chi_square_passed) continue;
+    ASSERT_TRUE(result.usable() && result.chi_square_passed) << "nothing would be tested";
     for (std::size_t point = 0; point < block.points.size(); ++point) {
       if (point == first || point == second || !IsSolved(result.points.status[point])) continue;
-      const Eigen::Vector3d e_m =
-          result.points.position_m[point] - made.simulated.truth.points_m[point];
-      const Eigen::Matrix3d c = MatrixOf(result.points.covariance_m2[point]);
-      EXPECT_LT(std::sqrt(e_m.dot(c.ldlt().solve(e_m))), 10.0) << block.points.ids[point];
+      EXPECT_LT(test::DistanceInSigmas(block.frame,
+                                       result.points.position_m[point],
+                                       made.truth.points_m[point],
+                                       result.points.covariance_m2[point]),
+                10.0)
+          << block.points.ids[point];
     }
   }
 }
@@ -98,10 +81,10 @@ INSTANTIATE_TEST_SUITE_P(
 // Without a search and a consensus the exchanged points first carry a fifth of the block to the
 // mirror side. That fifth takes part again once they are left out.
 TEST(ExchangedPoints, AloneAreLeftOutWhereTheyCannotMeet) {
-  Scene12 made;
+  test::SceneBlock made = TwelveStrips();
   made.options.quality.consensus = false;
-  Block block = made.simulated.block;
-  const std::size_t points[] = {PointOf(block, "T450"), PointOf(block, "T572")};
+  Block& block = made.block;
+  const std::uint32_t points[] = {block.points.ids.Find("T450"), block.points.ids.Find("T572")};
   Exchange(points[0], points[1], 4, &block);
   const AdjustResult result = Adjust(block, made.options);
   EXPECT_TRUE(result.chi_square_passed);

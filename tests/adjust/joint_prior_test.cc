@@ -30,29 +30,11 @@ namespace {
 
 using Axes = PositionCorrection::Axes;
 
-test::KnownBlock JointBlock(const test::BlockPlan& plan) {
-  test::KnownBlock known = test::MakeBlock(plan);
-  test::AddKnownPoint(0, {0.31, 0.47, 0.83}, &known);
-  test::AddKnownPoint(5, {0.53, 0.29, kNotGiven}, &known);
-  test::AddNoise(67, 1.0, &known);
-  return known;
-}
-
-/// The solution as one dense problem.
-struct Dense {
-  test::DenseEquations equations;
-  Eigen::MatrixXd covariance;
-};
-Dense DenseAt(const AdjustmentProblem& problem, const BlockState& state) {
-  Dense out{test::MakeDenseEquations(problem, state), {}};
-  out.covariance = test::DenseCovariance(out.equations.jacobian);
-  return out;
-}
-
 class JointPriorBlockTest : public testing::TestWithParam<bool> {
  protected:
   JointPriorBlockTest()
-      : known_(JointBlock(GetParam() ? test::OrbitPlan() : test::AircraftPlan(3.0))),
+      : known_(
+            test::NoisyBlockWithControl(GetParam() ? test::OrbitPlan() : test::AircraftPlan(3.0))),
         options_(test::WithJointPrior(GetParam() ? Axes::kFrame : Axes::kTrack, 23)) {
     options_.tolerance = 1e-10;
     options_.quality.consensus = false;
@@ -61,34 +43,14 @@ class JointPriorBlockTest : public testing::TestWithParam<bool> {
   AdjustOptions options_;
 };
 
-// Second route, written without elimination and with the inverse of Q in place of its factor: the
-// dense Gauss-Newton step at the solution, in sigmas of each unknown, and all covariances.
+// Second route, written without elimination and with the inverse of Q in place of its factor.
+// Residuals of times of 1e3 s and paths of 7e6 m have a rounding of 1e-9 m.
 TEST_P(JointPriorBlockTest, IsTheDenseLeastSquaresSolution) {
   const AdjustResult result = Adjust(known_.block, options_);
   ASSERT_EQ(result.status, AdjustStatus::kConverged);
   AdjustmentProblem problem(known_.block, options_.groups, {}, options_.priors);
   const BlockState state = test::StateOf(result, &problem);
-  const Dense dense = DenseAt(problem, state);
-  const Eigen::VectorXd step =
-      dense.covariance * (dense.equations.jacobian.transpose() * dense.equations.residual);
-  const Eigen::VectorXd sigma = dense.covariance.diagonal().cwiseSqrt();
-  // Residuals of times of 1e3 s and paths of 7e6 m have a rounding of 1e-9 m.
-  EXPECT_LT(step.cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 1e-7);
-  const double square_sum = dense.equations.residual.squaredNorm();
-  EXPECT_NEAR(2.0 * result.final_cost, square_sum, 1e-9 * square_sum);
-  for (std::size_t point = 0; point < known_.truth_m.size(); ++point) {
-    const int at = dense.equations.column_of_point[point];
-    const Eigen::Matrix3d expected = dense.covariance.block<3, 3>(at, at);
-    const Eigen::Matrix3d given = test::FrameFromEnu(
-        known_.block.frame, state.Position(point), result.points.covariance_m2[point]);
-    EXPECT_LT((given - expected).norm(), 1e-9 * expected.norm()) << point;
-  }
-  const int first = dense.equations.first_correction;
-  for (const ParameterCovariance& entry : result.parameter_covariance) {
-    const auto a = static_cast<Eigen::Index>(entry.a) + first;
-    const auto b = static_cast<Eigen::Index>(entry.b) + first;
-    EXPECT_NEAR(entry.covariance, dense.covariance(a, b), 1e-9 * sigma[a] * sigma[b]);
-  }
+  test::ExpectDenseLeastSquares(problem, state, result, 1e-7);
 }
 
 // Two engines of one problem.
@@ -100,11 +62,7 @@ TEST_P(JointPriorBlockTest, BothEnginesAgree) {
   options.covariance_method = CovarianceMethod::kCeres;
   const AdjustResult ceres = Adjust(known_.block, options);
   ASSERT_EQ(ceres.status, AdjustStatus::kConverged);
-  for (std::size_t i = 0; i < reduced.parameters.size(); ++i) {
-    const ParameterResult& expected = reduced.parameters[i];
-    EXPECT_NEAR(ceres.parameters[i].value, expected.value, 1e-7 * expected.sigma) << expected.name;
-    EXPECT_NEAR(ceres.parameters[i].sigma, expected.sigma, 1e-7 * expected.sigma) << expected.name;
-  }
+  test::ExpectSameCorrections(ceres, reduced);
   for (std::size_t point = 0; point < known_.truth_m.size(); ++point) {
     EXPECT_LT((ceres.points.position_m[point] - reduced.points.position_m[point]).norm(), 1e-6);
   }
@@ -115,7 +73,9 @@ TEST_P(JointPriorBlockTest, BothEnginesAgree) {
 TEST_P(JointPriorBlockTest, TestsOfPriorsAreThoseOfTheirFullMatrix) {
   const AdjustResult result = Adjust(known_.block, options_);
   AdjustmentProblem problem(known_.block, options_.groups, {}, options_.priors);
-  const Dense dense = DenseAt(problem, test::StateOf(result, &problem));
+  const BlockState state = test::StateOf(result, &problem);
+  const test::DenseEquations dense = test::MakeDenseEquations(problem, state);
+  const Eigen::MatrixXd c = test::DenseCovariance(dense.jacobian);
   const std::vector<PriorTest> tests = TestsOfPriors(result);
   ASSERT_EQ(result.joint_priors.size(), known_.block.passes.size());
   double strongest = 0.0;
@@ -125,18 +85,17 @@ TEST_P(JointPriorBlockTest, TestsOfPriorsAreThoseOfTheirFullMatrix) {
     Eigen::VectorXd v(p.rows());
     for (Eigen::Index i = 0; i < p.rows(); ++i) {
       const std::uint32_t parameter = prior.parameters[static_cast<std::size_t>(i)];
-      columns.push_back(dense.equations.first_correction + static_cast<Eigen::Index>(parameter));
+      columns.push_back(dense.first_correction + static_cast<Eigen::Index>(parameter));
       v[i] = result.parameters[parameter].value;
     }
-    const Eigen::MatrixXd q_vv = prior.covariance.matrix() - dense.covariance(columns, columns);
+    const Eigen::MatrixXd q_vv = prior.covariance.matrix() - c(columns, columns);
     for (Eigen::Index i = 0; i < p.rows(); ++i) {
       const PriorTest& test = tests[prior.parameters[static_cast<std::size_t>(i)]];
       EXPECT_NEAR(test.redundancy, (q_vv * p)(i, i), 1e-8);
       EXPECT_NEAR(test.w, (p * v)[i] / std::sqrt((p * q_vv * p)(i, i)), 1e-6);
       EXPECT_NEAR(test.square, v[i] * (p * v)[i], 1e-8);
-      const double alone = 1.0 - dense.covariance(columns[static_cast<std::size_t>(i)],
-                                                  columns[static_cast<std::size_t>(i)]) /
-                                     prior.covariance.matrix()(i, i);
+      const Eigen::Index own = columns[static_cast<std::size_t>(i)];
+      const double alone = 1.0 - c(own, own) / prior.covariance.matrix()(i, i);
       strongest = std::max(strongest, std::abs(alone - test.redundancy));
     }
   }
@@ -230,7 +189,7 @@ TEST(JointPriorAxesTest, AFullPriorInTurnedAxesIsADiagonalOneInTheOthers) {
       std::vector{kSigmas_m[0][2], kSigmas_m[1][2]}};
   test::BlockPlan straight = test::AircraftPlan();
   for (test::PassPlan& pass : straight.passes) pass.straight = true;
-  const test::KnownBlock flat = JointBlock(straight);
+  const test::KnownBlock flat = test::NoisyBlockWithControl(straight);
   const AdjustResult expected = Adjust(flat.block, InFrameAxes(sigma_m));
   AdjustOptions turned = InFrameAxes({});
   for (std::size_t i = 0; i < flat.block.passes.size(); ++i) {
@@ -242,7 +201,7 @@ TEST(JointPriorAxesTest, AFullPriorInTurnedAxesIsADiagonalOneInTheOthers) {
         Turned(flat.block.passes[i].id, JointPrior::Axes::kTrack, {"along", "across", "up"}, axes));
   }
   ExpectSame(Adjust(flat.block, turned), expected);
-  const test::KnownBlock round = JointBlock(test::OrbitPlan());
+  const test::KnownBlock round = test::NoisyBlockWithControl(test::OrbitPlan());
   const AdjustResult orbit = Adjust(round.block, InFrameAxes(sigma_m));
   for (const auto& [axes, rotation_rad_per_s] :
        {std::pair{JointPrior::Axes::kRic, 0.0}, {JointPrior::Axes::kRicInertial, 7.292115e-5}}) {
@@ -256,7 +215,7 @@ TEST(JointPriorAxesTest, AFullPriorInTurnedAxesIsADiagonalOneInTheOthers) {
 }
 
 TEST(JointPriorAxesTest, InertialAxesNeedABodyOfWhichTheRotationIsKnown) {
-  const test::KnownBlock flat = JointBlock(test::AircraftPlan());
+  const test::KnownBlock flat = test::NoisyBlockWithControl(test::AircraftPlan());
   AdjustOptions options = InFrameAxes({});
   options.priors = {Turned(flat.block.passes[0].id,
                            JointPrior::Axes::kRicInertial,
@@ -274,7 +233,7 @@ TEST(JointPriorAxesTest, InertialAxesNeedABodyOfWhichTheRotationIsKnown) {
 // Seeded statistics: priors drawn for Monte Carlo have the covariance that they were given. Sums of
 // squares of whitened draws are chi-square, 99.9 percent of each: all of them, and each alone.
 TEST(JointPriorDrawsTest, RedrawnPriorsHaveTheirCovariance) {
-  const test::KnownBlock known = JointBlock(test::AircraftPlan());
+  const test::KnownBlock known = test::NoisyBlockWithControl(test::AircraftPlan());
   const AdjustOptions options = test::WithJointPrior(Axes::kTrack, 29);
   const AdjustResult result = Adjust(known.block, options);
   AdjustmentProblem problem(known.block, options.groups, {}, options.priors);
@@ -311,7 +270,7 @@ TEST(JointPriorDrawsTest, RedrawnPriorsHaveTheirCovariance) {
 // Seeded statistics of the whole: runs with looks, control and joint priors drawn anew fill the
 // covariance of the adjustment.
 TEST(JointPriorDrawsTest, RepeatedNoiseFillsTheCovariance) {
-  const test::KnownBlock known = JointBlock(test::AircraftPlan());
+  const test::KnownBlock known = test::NoisyBlockWithControl(test::AircraftPlan());
   AdjustOptions options = test::WithJointPrior(Axes::kTrack, 31);
   options.covariance = CovarianceLevel::kMonteCarlo;
   options.montecarlo_runs = 200;
@@ -345,7 +304,7 @@ TEST(JointPriorTest, PredictionHasTheCovarianceOfTheAdjustment) {
 // A path far from what its prior says contradicts it, also where only the correlations show it: the
 // errors are within two standard deviations of each parameter.
 TEST(JointPriorTest, AnErrorThatOnlyCorrelationsForbidContradictsThePrior) {
-  test::KnownBlock known = JointBlock(test::AircraftPlan());
+  test::KnownBlock known = test::NoisyBlockWithControl(test::AircraftPlan());
   for (std::size_t point = 0; point < 12; ++point) {
     if (known.block.points.role[point] == PointRole::kTie) {
       test::AddKnownPoint(point, {0.1, 0.1, 0.1}, &known);
@@ -372,7 +331,7 @@ TEST(JointPriorTest, AnErrorThatOnlyCorrelationsForbidContradictsThePrior) {
 }
 
 TEST(JointPriorTest, AChoiceOfCorrectionsRefusesIt) {
-  const test::KnownBlock known = JointBlock(test::AircraftPlan());
+  const test::KnownBlock known = test::NoisyBlockWithControl(test::AircraftPlan());
   AdjustOptions options = test::WithJointPrior(Axes::kTrack, 41);
   options.corrections = CorrectionChoice::kAuto;
   EXPECT_THROW((void)Adjust(known.block, options), InputError);

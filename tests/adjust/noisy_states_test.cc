@@ -4,38 +4,21 @@
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
-#include "sarblock/files/block_file.h"
-#include "sarblock/files/scene_file.h"
-#include "sarblock/model/result.h"
-#include "sarblock/simulate/scene.h"
 
-#include <cmath>
-#include <filesystem>
 #include <limits>
 #include <string>
 #include <vector>
 
-#include <Eigen/Cholesky>
+#include "support/scene_blocks.h"
+#include "support/small_blocks.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace sarblock {
 namespace {
 
-struct Strips {
-  Block block;
-  AdjustOptions options;
-};
-
-Strips MakeStrips() {
-  const auto file = std::filesystem::path(SARBLOCK_DATASETS) / "benchmarks" / "strips.toml";
-  const Scene scene = files::ReadScene(file, {"points.count=600"});
-  Strips made;
-  made.block = Simulate(scene).block;
-  std::vector<std::string> ids;
-  for (const Pass& pass : made.block.passes) ids.push_back(pass.id);
-  made.options = files::ReadAdjustTable(scene.adjust_toml, "strips", ids);
-  return made;
+test::SceneBlock MakeStrips() {
+  return test::SimulatedSceneBlock("benchmarks", "strips", {"points.count=600"});
 }
 
 /// The path of a pass as a recorder of `rate_hz` with noise of sigma_m in its positions gives it,
@@ -69,7 +52,7 @@ struct Recorder {
 class NoisyStatesTest : public testing::TestWithParam<Recorder> {};
 
 TEST_P(NoisyStatesTest, BothEnginesConvergeInADozenIterationsToOneSolution) {
-  Strips strips = MakeStrips();
+  test::SceneBlock strips = MakeStrips();
   std::uint64_t seed = 0;
   for (Pass& pass : strips.block.passes) {
     pass.path = Recorded(pass.path, GetParam().rate_hz, GetParam().sigma_m, ++seed);
@@ -84,9 +67,12 @@ TEST_P(NoisyStatesTest, BothEnginesConvergeInADozenIterationsToOneSolution) {
   EXPECT_NEAR(reduced.final_cost, ceres.final_cost, 1e-9 * ceres.final_cost);
   for (std::size_t j = 0; j < strips.block.points.size(); ++j) {
     if (!IsSolved(reduced.points.status[j])) continue;
-    const Eigen::Vector3d shift_m = reduced.points.position_m[j] - ceres.points.position_m[j];
-    const Eigen::Matrix3d covariance_m2 = MatrixOf(reduced.points.covariance_m2[j]);
-    EXPECT_LT(std::sqrt(shift_m.dot(covariance_m2.llt().solve(shift_m))), 1e-6) << j;
+    EXPECT_LT(test::DistanceInSigmas(strips.block.frame,
+                                     reduced.points.position_m[j],
+                                     ceres.points.position_m[j],
+                                     reduced.points.covariance_m2[j]),
+              1e-6)
+        << j;
   }
 }
 
@@ -98,7 +84,7 @@ INSTANTIATE_TEST_SUITE_P(Recorders,
                          [](const auto& tested) { return std::string(tested.param.name); });
 
 TEST(RoughPathTest, IsRefusedByItsNameWithARemedy) {
-  Strips strips = MakeStrips();
+  test::SceneBlock strips = MakeStrips();
   Pass& pass = strips.block.passes[3];
   pass.path = Recorded(pass.path, 10.0, 0.01, 1);
   try {
@@ -112,7 +98,7 @@ TEST(RoughPathTest, IsRefusedByItsNameWithARemedy) {
 
 // Only what is read of a path counts: rough before its first look, it is as good as another.
 TEST(RoughPathTest, CountsBetweenItsLooksOnly) {
-  Strips strips = MakeStrips();
+  test::SceneBlock strips = MakeStrips();
   Pass& pass = strips.block.passes[3];
   const std::vector<StateVector>& states = pass.path.states();
   double first_s = std::numeric_limits<double>::infinity();

@@ -3,6 +3,7 @@
 #include "sarblock/adjust/adjust.h"
 #include "sarblock/core/error.h"
 #include "sarblock/files/block_file.h"
+#include "sarblock/geometry/look_equations.h"
 
 #include <algorithm>
 #include <array>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "support/scene_blocks.h"
+#include <Eigen/Geometry>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -20,7 +22,6 @@
 namespace sarblock {
 namespace {
 
-using testing::ElementsAre;
 using testing::HasSubstr;
 
 /// The block as its files are, but with the header of its looks alone, read as a plan.
@@ -111,10 +112,19 @@ TEST(PlannedLooksTest, WithoutASwathThePlanSaysHowOftenItSeesAPoint) {
       result.warnings,
       testing::Contains(HasSubstr("not every pass has a swath: each such pass sees all that "
                                   "is on its look side, ")));
-  // 12 strips on one side of the block see what is left of them: twice as many looks and more
-  const double before = static_cast<double>(scene.block.looks.size());
-  const Block filled = FillMeasurements(plan, scene.truth.points_m);
-  EXPECT_GT(static_cast<double>(filled.looks.size()), 2.0 * before);
+  // By count: what a pass flies by between its first and last time, on its side.
+  std::size_t seen = 0;
+  for (const Pass& pass : plan.passes) {
+    for (const Eigen::Vector3d& p_m : scene.truth.points_m) {
+      const auto time_s = FindConeTime(pass.path, p_m, Cone{}, pass.start_s, pass.end_s);
+      if (!time_s) continue;
+      const Motion motion = *pass.path.At(*time_s);
+      const double left = motion.velocity_mps.cross(p_m - motion.position_m).z();
+      seen += (left > 0.0) == (pass.side == LookSide::kLeft) ? 1U : 0U;
+    }
+  }
+  EXPECT_GT(seen, 2 * scene.block.looks.size());
+  EXPECT_EQ(FillMeasurements(plan, scene.truth.points_m).looks.size(), seen);
 }
 
 TEST(PlannedLooksTest, LooksOutsideTheSwathAreWarnedOf) {

@@ -16,6 +16,7 @@
 #include "quality/montecarlo.h"
 #include "studies/exact.h"
 #include "support/dense_normals.h"
+#include "support/joint_priors.h"
 #include "support/share_sums.h"
 #include "support/small_blocks.h"
 #include <gmock/gmock.h>
@@ -51,11 +52,7 @@ AdjustOptions With(const PositionCorrection& position) {
 }
 
 test::KnownBlock NoisyBlock(bool orbit) {
-  test::KnownBlock known = test::MakeBlock(orbit ? test::OrbitPlan() : test::AircraftPlan(3.0));
-  test::AddKnownPoint(0, {0.31, 0.47, 0.83}, &known);
-  test::AddKnownPoint(5, {0.53, 0.29, kNotGiven}, &known);
-  test::AddNoise(67, 1.0, &known);
-  return known;
+  return test::NoisyBlockWithControl(orbit ? test::OrbitPlan() : test::AircraftPlan(3.0));
 }
 
 class ProcessPriorTest : public testing::TestWithParam<std::tuple<bool, Process>> {
@@ -75,19 +72,7 @@ TEST_P(ProcessPriorTest, IsTheDenseLeastSquaresSolution) {
   ASSERT_EQ(result.status, AdjustStatus::kConverged);
   AdjustmentProblem problem(known_.block, options_.groups);
   const BlockState state = test::StateOf(result, &problem);
-  const test::DenseEquations dense = test::MakeDenseEquations(problem, state);
-  const Eigen::MatrixXd covariance = test::DenseCovariance(dense.jacobian);
-  const Eigen::VectorXd step = covariance * (dense.jacobian.transpose() * dense.residual);
-  const Eigen::VectorXd sigma = covariance.diagonal().cwiseSqrt();
-  EXPECT_LT(step.cwiseQuotient(sigma).cwiseAbs().maxCoeff(), 1e-7);
-  const double square_sum = dense.residual.squaredNorm();
-  EXPECT_NEAR(2.0 * result.final_cost, square_sum, 1e-9 * square_sum);
-  const int first = dense.first_correction;
-  for (const ParameterCovariance& entry : result.parameter_covariance) {
-    const auto a = static_cast<Eigen::Index>(entry.a) + first;
-    const auto b = static_cast<Eigen::Index>(entry.b) + first;
-    EXPECT_NEAR(entry.covariance, covariance(a, b), 1e-9 * sigma[a] * sigma[b]);
-  }
+  test::ExpectDenseLeastSquares(problem, state, result, 1e-7);
 }
 
 TEST_P(ProcessPriorTest, BothEnginesAgree) {
@@ -97,11 +82,7 @@ TEST_P(ProcessPriorTest, BothEnginesAgree) {
   options_.covariance_method = CovarianceMethod::kCeres;
   const AdjustResult ceres = Adjust(known_.block, options_);
   ASSERT_EQ(ceres.status, AdjustStatus::kConverged);
-  for (std::size_t i = 0; i < reduced.parameters.size(); ++i) {
-    const ParameterResult& expected = reduced.parameters[i];
-    EXPECT_NEAR(ceres.parameters[i].value, expected.value, 1e-7 * expected.sigma) << expected.name;
-    EXPECT_NEAR(ceres.parameters[i].sigma, expected.sigma, 1e-7 * expected.sigma) << expected.name;
-  }
+  test::ExpectSameCorrections(ceres, reduced);
 }
 
 // Higher precision: 50 digits with steps of their own code.

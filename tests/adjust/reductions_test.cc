@@ -173,10 +173,11 @@ TEST(ReductionsTest, PlansAreFilledSoThatTheyReduceToGeometry) {
   AdjustOptions options;
   options.corrections = CorrectionChoice::kNone;
   const AdjustResult result = Adjust(FillMeasurements(planned, known.truth_m), options);
+  // Delays are taken off again until they change by less than a millimetre.
   for (std::size_t i = 0; i < known.truth_m.size(); ++i) {
     EXPECT_LT((result.points.position_m[i] - known.truth_m[i]).norm(), 2e-3);
   }
-  EXPECT_LT(Diagnose(FillMeasurements(planned, known.truth_m), options).square_sum, 1e-2);
+  EXPECT_LT(Diagnose(FillMeasurements(planned, known.truth_m), options).square_sum, 1e-4);
 }
 
 }  // namespace
