@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "statistics/scene_statistics.h"
+#include "support/scene_blocks.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {
@@ -99,11 +100,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes,
                                          "leberl-aircraft",
                                          "moon-alse",
                                          "venus-magellan"),
-                         [](const auto& scene) {
-                           std::string name = scene.param;
-                           std::replace(name.begin(), name.end(), '-', '_');
-                           return name;
-                         });
+                         [](const auto& scene) { return test::TestNameOf(scene.param); });
 
 }  // namespace
 }  // namespace sarblock

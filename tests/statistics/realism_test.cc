@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "statistics/scene_statistics.h"
+#include "support/scene_blocks.h"
 #include <boost/math/distributions/binomial.hpp>
 #include <gtest/gtest.h>
 
@@ -21,12 +22,6 @@ namespace sarblock {
 namespace {
 
 constexpr double kRealismLevel = 0.999;
-
-std::string NameOfScene(const std::string& scene, const std::string& suffix = "") {
-  std::string name = scene + suffix;
-  std::replace(name.begin(), name.end(), '-', '_');
-  return name;
-}
 
 /// Estimates of one component over the draws, as parts of the true variance.
 struct Estimates {
@@ -144,7 +139,8 @@ INSTANTIATE_TEST_SUITE_P(Shipped,
                                          PlantedCase{"venus-magellan", "60"},
                                          PlantedCase{"block-12-strips", "150", true}),
                          [](const auto& c) {
-                           return NameOfScene(c.param.scene, c.param.grouped ? "_grouped" : "");
+                           return test::TestNameOf(c.param.scene) +
+                                  (c.param.grouped ? "_grouped" : "");
                          });
 
 class RepeatedNoiseTest : public testing::TestWithParam<std::string> {};
@@ -202,7 +198,7 @@ INSTANTIATE_TEST_SUITE_P(
     Shipped,
     RepeatedNoiseTest,
     testing::Values("block-12-strips", "earth-asc-desc", "convergent-squint", "leberl-aircraft"),
-    [](const auto& scene) { return NameOfScene(scene.param); });
+    [](const auto& scene) { return test::TestNameOf(scene.param); });
 
 }  // namespace
 }  // namespace sarblock

@@ -12,7 +12,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdlib>
-#include <filesystem>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -107,16 +106,6 @@ double PairSquare(const SimulatedBlock& simulated, const AdjustResult& result) {
 
 Scene ShippedScene(const std::string& name, const std::vector<std::string>& overrides) {
   return files::ReadScene(std::string(SARBLOCK_DATASETS) + "/scenes/" + name + ".toml", overrides);
-}
-
-std::vector<std::string> ShippedSceneNames() {
-  std::vector<std::string> names;
-  for (const auto& entry :
-       std::filesystem::directory_iterator(std::string(SARBLOCK_DATASETS) + "/scenes")) {
-    if (entry.path().extension() == ".toml") names.push_back(entry.path().stem().string());
-  }
-  std::sort(names.begin(), names.end());
-  return names;
 }
 
 AdjustOptions OptionsOf(const Scene& scene, const Block& block) {

@@ -17,9 +17,6 @@ namespace sarblock::test {
 [[nodiscard]] Scene ShippedScene(const std::string& name,
                                  const std::vector<std::string>& overrides = {});
 
-/// Names of the shipped scenes, sorted.
-[[nodiscard]] std::vector<std::string> ShippedSceneNames();
-
 /// The scene's own [adjust], one thread.
 [[nodiscard]] AdjustOptions OptionsOf(const Scene& scene, const Block& block);
 

@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "statistics/scene_statistics.h"
+#include "support/scene_blocks.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {
@@ -122,7 +123,7 @@ TEST_P(SeededStatisticsTest, NormalisedErrorsFollowChiSquare) {
 
 std::vector<Variant> ShippedVariants() {
   std::vector<Variant> variants;
-  for (const std::string& scene : test::ShippedSceneNames()) {
+  for (const std::string& scene : test::SceneFiles()) {
     if (scene == "single-flight-squint") continue;                               // must be refused
     const bool large = scene == "block-12-strips" || scene == "venus-magellan";  // 14, 12 passes
     variants.push_back(
@@ -272,8 +273,8 @@ test::SceneStatistics Drawn(const Variant& variant) {
 // A mutation kept as a test. At 20 degrees of squint an error of the time moves the range, one of
 // the Doppler does not: stating errors of Dopplers as errors of times, of the same metres at the
 // target, gives wrong covariances of points and a wrong s0^2.
-TEST(MeasuredDopplerStatisticsTest, ErrorsOfDopplersToldAsErrorsOfTimesMislead) {
-  const auto told_as_times = [](Block* block) {
+TEST(MeasuredDopplerStatisticsTest, ErrorsOfDopplersStatedAsErrorsOfTimesMislead) {
+  const auto state_as_times = [](Block* block) {
     Looks& looks = block->looks;
     std::vector<double> sigma_m(looks.size());
     for (std::size_t i = 0; i < looks.size(); ++i) {
@@ -288,8 +289,8 @@ TEST(MeasuredDopplerStatisticsTest, ErrorsOfDopplersToldAsErrorsOfTimesMislead) 
     Scene scene = test::ShippedScene(variant.scene, variant.overrides);
     MeasureDopplers(variant, &scene);
     const test::SceneStatistics sums =
-        test::RunDraws(scene, test::DrawsAsked(), FirstSeedOf(variant.name), told_as_times);
-    PrintRow(variant.name + ", told as errors of times", sums);
+        test::RunDraws(scene, test::DrawsAsked(), FirstSeedOf(variant.name), state_as_times);
+    PrintRow(variant.name + ", stated as errors of times", sums);
     // A factor of 0.9 in s0^2 shows in many draws only.
     if (test::DrawsAsked() >= 100) {
       EXPECT_FALSE(Follows(sums.residuals, kLevel));

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "statistics/scene_statistics.h"
+#include "support/scene_blocks.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {
@@ -241,10 +242,8 @@ INSTANTIATE_TEST_SUITE_P(
         AutoCase{"venus-magellan", "common", 620000, "[[2500, 400], [1800, 300], [600, 120]]"},
         AutoCase{"moon-alse", "common", 630000, "[[3000, 300], [2000, 200], [1000, 100]]"}),
     [](const testing::TestParamInfo<AutoCase>& at) {
-      std::string name = at.param.scene + "_" + at.param.mode;
-      if (!at.param.wide_sigma_m.empty()) name += "_wide";
-      std::replace(name.begin(), name.end(), '-', '_');
-      return name;
+      const bool is_wide = !at.param.wide_sigma_m.empty();
+      return test::TestNameOf(at.param.scene + "_" + at.param.mode) + (is_wide ? "_wide" : "");
     });
 
 }  // namespace

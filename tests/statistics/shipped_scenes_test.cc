@@ -12,6 +12,7 @@
 
 #include "geometry/track_axes.h"
 #include "statistics/scene_statistics.h"
+#include "support/scene_blocks.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {
@@ -20,8 +21,8 @@ namespace {
 constexpr const char* kRefusedScene = "single-flight-squint";
 
 std::vector<std::string> GoodSceneNames() {
-  std::vector<std::string> names = test::ShippedSceneNames();
-  names.erase(std::remove(names.begin(), names.end(), kRefusedScene), names.end());
+  std::vector<std::string> names = test::SceneFiles();
+  std::erase(names, kRefusedScene);
   return names;
 }
 
@@ -98,11 +99,7 @@ TEST_P(GoodSceneTest, ConvergesFromStartErrorsOfKilometres) {
 INSTANTIATE_TEST_SUITE_P(Datasets,
                          GoodSceneTest,
                          testing::ValuesIn(GoodSceneNames()),
-                         [](const auto& scene) {
-                           std::string name = scene.param;
-                           std::replace(name.begin(), name.end(), '-', '_');
-                           return name;
-                         });
+                         [](const auto& scene) { return test::TestNameOf(scene.param); });
 
 TEST(SingleFlightSquintTest, IsRefused) {
   // Leberl (1979), Fig. 5: both circles of every point coincide.
