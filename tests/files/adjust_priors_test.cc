@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// [adjust.prior.NAME] and [navigation.prior.NAME]: what is read is what is written, and messages
-// lead to the line.
+// [adjust.prior.NAME] and [navigation.prior.NAME]: what is read is what is written.
 #include "sarblock/files/block_file.h"
 #include "sarblock/files/scene_file.h"
 
@@ -102,12 +101,15 @@ east_m = [0, 6000]
 north_m = [1000, 9000]
 )";
 
-TEST(NavigationPriorsTest, AreReadAndRefusedWithTheirLine) {
+TEST(NavigationPriorsTest, AreRead) {
   const std::string head = kScene + "[navigation.prior.orbit]\n";
   const Scene scene = files::ParseScene(
       head + "parameters = [\"position.x.1\", \"time.bias\"]\nsigma = [1, 0.5]\n", "s.toml");
   ASSERT_EQ(scene.navigation.joint.size(), 1U);
-  EXPECT_EQ(scene.navigation.joint[0].name, "orbit");
+  const JointPrior& prior = scene.navigation.joint[0];
+  EXPECT_EQ(prior.name, "orbit");
+  EXPECT_EQ(prior.parameters, (std::vector<std::string>{"position.x.1", "time.bias"}));
+  EXPECT_EQ(prior.Covariance(), Eigen::Matrix2d(Eigen::Vector2d(1.0, 0.25).asDiagonal()));
 }
 
 }  // namespace

@@ -300,6 +300,7 @@ TEST_F(ContainerTest, ColumnsWithoutValuesTakeNoRoom) {
         });
     return std::filesystem::file_size(folder_ / name);
   };
+  // Two columns of 100000 values of 8 bytes, less what a file of its own may take.
   EXPECT_LT(write("empty.h5", kNotGiven) + 1500000, write("full.h5", 2.0));
   EXPECT_EQ(files::Convert(folder_ / "empty.h5", folder_ / "back").rows, 100000u);
 }
@@ -324,7 +325,7 @@ TEST_F(ContainerTest, ConvertRefusesColumnsAsItRefusesCells) {
   }
 }
 
-TEST_F(ContainerTest, TellsABlockFromAResult) {
+TEST_F(ContainerTest, DistinguishesABlockFromAResult) {
   files::WriteResult(folder_ / "r.h5", block_, options_, result_, context_);
   files::WriteBlock(folder_ / "b.h5", block_, options_);
   EXPECT_THAT(MessageOf<InputError>([&] { return files::ReadBlock(folder_ / "r.h5"); }),

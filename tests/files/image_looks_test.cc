@@ -38,8 +38,8 @@ TEST(ImageLooksTest, LineAndPixelBecomeTimeAndRange) {  // hand arithmetic
   const std::string looks =
       "pass,point,line,pixel,time_s,range_m\nA,P,100.5,40.25,,\nA,Q,,,2.5,9000\n";
   const Block slant = ReadImageBlock(kSlant, looks).block;
-  EXPECT_DOUBLE_EQ(slant.looks.time_s[0], 1.902);
-  EXPECT_DOUBLE_EQ(slant.looks.range_m[0], 8601.125);
+  EXPECT_DOUBLE_EQ(slant.looks.time_s[0], 1.5 + 100.5 * 0.004);
+  EXPECT_DOUBLE_EQ(slant.looks.range_m[0], 8500.5 + 40.25 * 2.5);
   EXPECT_EQ(slant.looks.time_s[1], 2.5);
   EXPECT_EQ(slant.looks.range_m[1], 9000.0);
   const Block ground = ReadImageBlock(kGround, "pass,point,line,pixel\nA,P,100.5,40.25\n").block;
@@ -51,11 +51,11 @@ TEST(ImageLooksTest, StandardDeviationsInPixelsBecomeMetresAndSeconds) {  // han
       "pass,point,line,pixel,line_sigma_px,pixel_sigma_px\nA,P,100.5,40.25,,\nA,Q,90,30,0.5,0.25\n";
   const std::string sigma = "line_sigma_px = 0.125\npixel_sigma_px = 0.3\n";
   const Block slant = ReadImageBlock(kSlant + sigma, looks).block;
-  EXPECT_DOUBLE_EQ(slant.SigmaOf(0).range_m, 0.75);
-  EXPECT_DOUBLE_EQ(slant.SigmaOf(0).azimuth, 0.0005);
+  EXPECT_DOUBLE_EQ(slant.SigmaOf(0).range_m, 0.3 * 2.5);
+  EXPECT_DOUBLE_EQ(slant.SigmaOf(0).azimuth, 0.125 * 0.004);
   EXPECT_EQ(slant.SigmaOf(0).azimuth_unit, AzimuthUnit::kSeconds);
-  EXPECT_DOUBLE_EQ(slant.SigmaOf(1).range_m, 0.625);
-  EXPECT_DOUBLE_EQ(slant.SigmaOf(1).azimuth, 0.002);
+  EXPECT_DOUBLE_EQ(slant.SigmaOf(1).range_m, 0.25 * 2.5);
+  EXPECT_DOUBLE_EQ(slant.SigmaOf(1).azimuth, 0.5 * 0.004);
   const Block ground =
       ReadImageBlock(kGround + sigma, looks).block;  // dR/dg = 0.25 + 2e-5 g at 161 and 120 m
   EXPECT_NEAR(ground.SigmaOf(0).range_m, 0.3 * 4.0 * 0.25322, 1e-12);
@@ -102,7 +102,7 @@ TEST_F(ImageFilesTest, WrittenRastersReadBackToTheSame) {  // round trip, equal 
 
 // Hand arithmetic: a straight path at 210.5 m/s, so that e_d falls by that rate; half a line is
 // 0.5 * 0.004 s * 210.5 m/s = 0.421 m, a pixel 2.5 m. A pass without an image has empty cells.
-TEST_F(ImageFilesTest, ResidualsStandInLinesAndPixels) {
+TEST_F(ImageFilesTest, ResidualsAreGivenInLinesAndPixels) {
   const std::string second = "[[pass]]\nid = \"B\"\nlook = \"left\"\n";
   const std::string paths =
       kImagePaths + "B,0,0,0,8000.5,210.5,0,0\nB,30.25,6367.625,0,8000.5,210.5,0,0\n";

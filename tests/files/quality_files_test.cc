@@ -32,6 +32,8 @@ constexpr std::string_view kQualityLooks =
     "pass,point,time_s,range_m,rejected\nA,P,12.5,15000,0\nB,P,12.5,13000,0\nA,Q,13.5,15000,\n";
 constexpr std::string_view kQualityPoints =
     "point,role,x_m,y_m,z_m,sigma_e_m,sigma_n_m,sigma_u_m\nP,control,2500,12000,0,,,0.5\n";
+// Normal quantiles: the test of one observation at 0.001 from both sides, its power 0.8.
+constexpr double kCriticalW = 3.2905, kDelta0 = kCriticalW + 0.8416;
 constexpr float kNoFigure = std::numeric_limits<float>::quiet_NaN();
 
 class QualityFilesTest : public test::FolderTest {
@@ -48,7 +50,7 @@ class QualityFilesTest : public test::FolderTest {
     result_.test_redundancy = 4.0;
     result_.observation_count = 7;
     result_.parameter_count = 3;
-    // delta0 = 4.132 at the standard levels: r = 0.25 doubles it.
+    // r = 0.25 doubles delta0.
     result_.quality.redundancy = {{{0.25F, 0.25F, kNoFigure}, {0.0F, 1.0F, kNoFigure}}};
     result_.quality.w = {{{-3.5F, 2.0F, kNoFigure}, {kNoFigure, 0.5F, kNoFigure}}};
     result_.quality.shift_m = {{{0.5F, 0.25F, kNoFigure}, {1.0F, 2.0F, kNoFigure}}};
@@ -107,7 +109,6 @@ TEST_F(QualityFilesTest, ResidualsHaveTheFiguresOfTheirLook) {  // hand values
       Row("residuals.csv",
           1,
           {{"range_mdb_m"}, {"azimuth_mdb_m"}, {"range_influence_m"}, {"azimuth_influence_m"}});
-  constexpr double kDelta0 = 4.1321;
   EXPECT_NEAR(std::stod(sizes[0]), 2.0 * 1.5 * kDelta0, 2e-4);
   EXPECT_NEAR(std::stod(sizes[1]), 2.5 * kDelta0, 2e-4);
   EXPECT_NEAR(std::stod(sizes[2]), 2.0 * 0.25 * kDelta0, 2e-4);
@@ -130,7 +131,6 @@ TEST_F(QualityFilesTest, DetectableBlundersTakeTheStandardDeviationsEstimated) {
       Row("residuals.csv",
           1,
           {{"range_mdb_m"}, {"azimuth_mdb_m"}, {"range_influence_m"}, {"azimuth_influence_m"}});
-  constexpr double kDelta0 = 4.1321;
   EXPECT_NEAR(std::stod(sizes[0]), 2.0 * 0.5 * 1.5 * kDelta0, 2e-4);
   EXPECT_NEAR(std::stod(sizes[1]), 3.0 * 2.5 * kDelta0, 4e-4);
   // The shift of the point by one sigma is of the weights reached already.
@@ -146,8 +146,8 @@ TEST_F(QualityFilesTest, ControlHasATableOfItsOwn) {
               ElementsAre("P", "u", "0.125", "0.25", "-4", "-2"));
   const std::vector<std::string> sizes =
       Row("control_quality.csv", 0, {{"mdb_m"}, {"influence_m"}});
-  EXPECT_NEAR(std::stod(sizes[0]), 2.0 * 0.5 * 4.1321, 2e-4);
-  EXPECT_NEAR(std::stod(sizes[1]), 2.0 * 0.25 * 4.1321, 2e-4);
+  EXPECT_NEAR(std::stod(sizes[0]), 2.0 * 0.5 * kDelta0, 2e-4);
+  EXPECT_NEAR(std::stod(sizes[1]), 2.0 * 0.25 * kDelta0, 2e-4);
   result_.control_quality.clear();
   files::WriteResult(folder_ / "result", block_, options_, result_, {});
   EXPECT_FALSE(std::filesystem::exists(folder_ / "result/control_quality.csv"));
@@ -157,7 +157,7 @@ TEST_F(QualityFilesTest, TheSummarySaysWhatWasTestedAndFound) {
   const json summary = json::parse(Summary());
   const json& quality = summary["quality"];
   EXPECT_EQ(quality["tests"], 4);  // three of looks, one of control
-  EXPECT_NEAR(quality["critical_w"].get<double>(), 3.2905, 5e-5);
+  EXPECT_NEAR(quality["critical_w"].get<double>(), kCriticalW, 5e-5);
   EXPECT_EQ(quality["above_critical"], json({{"range", 1}, {"azimuth", 0}, {"control", 1}}));
   EXPECT_EQ(quality["worst"][0]["w"], -3.5);
   EXPECT_EQ(quality["worst"][0]["pass"], "A");
@@ -165,7 +165,9 @@ TEST_F(QualityFilesTest, TheSummarySaysWhatWasTestedAndFound) {
   EXPECT_EQ(finding["passes"], json({"B", "A"}));
   EXPECT_EQ(finding["located"], false);
   EXPECT_EQ(finding["action"], "point left out");
-  options_.quality.test = BlunderTest::kTau;  // tau = w / 2, none above sqrt(4) * ...
+  // tau = w / 2 of 4 redundant observations: critical is 2 t / sqrt(3 + t^2) = 1.982 with
+  // t = 12.92, Student's 0.9995 quantile of 3 degrees of freedom.
+  options_.quality.test = BlunderTest::kTau;
   EXPECT_EQ(json::parse(Summary())["quality"]["above_critical"],
             json({{"range", 0}, {"azimuth", 0}, {"control", 1}}));
 }

@@ -205,7 +205,7 @@ TEST(RecordedFlightTest, AutoSmoothsNoisyStatesAndReadingAgainChangesNothing) {
   EXPECT_TRUE(block.passes[0].recorded.states.empty());
 }
 
-TEST(RecordedFlightTest, StatesThatDoNotFitTheirSigmasAreToldWithTheFactor) {
+TEST(RecordedFlightTest, StatesThatDoNotFitTheirSigmasAreNamedWithTheFactor) {
   Block block = RecordedStrips(0.1, 0.02, 0.01, PathThrough::kSmooth);
   block.passes[0].recorded.asked.sigma = {0.02, 0.01};
   block.passes[1].recorded.asked.sigma = {0.005, 0.01};

@@ -27,6 +27,7 @@ class ResultReaderTest : public test::ResultFolderTest {
     result_.points.intersection_rad = {0.375, kNotGiven};
     result_.points.redundancy = {1.75, kNotGiven};
     result_.looks.reason = {RejectReason::kNone, RejectReason::kBlunder, RejectReason::kNone};
+    block_.points.known[0].covariance_enu_m2(2, 2) = 0.0625;
     result_.control_quality = {{0, 2, -0.625, 0.5, -3.25, 1.5}};
     result_.condition = 1234.5;
     result_.remaining_step = 0.03125;
@@ -197,7 +198,7 @@ TEST_F(ResultReaderTest, WhatWasWrittenIsReadBack) {
   EXPECT_EQ(read.control[0].component, 2);
   EXPECT_EQ(read.control[0].residual_m, -0.625);
   EXPECT_EQ(read.control[0].w, -3.25);
-  EXPECT_TRUE(std::isfinite(read.control[0].sigma_m));
+  EXPECT_EQ(read.control[0].sigma_m, 0.25);
   EXPECT_EQ(summary.remaining_step, 0.03125);
   ASSERT_EQ(read.strips.size(), 1u);
   EXPECT_EQ(read.strips[0].pass, 1u);

@@ -152,7 +152,7 @@ TEST(SceneFileTest, AScenePassedAsTextHasNoWanderTable) {
 
 using WanderTableTest = test::FolderTest;
 
-TEST_F(WanderTableTest, StandsInTheFolderOfTheScene) {
+TEST_F(WanderTableTest, IsInTheFolderOfTheScene) {
   Put("w.csv", "time_s,up_m,across_m,along_m\n-5,1,2,3\n40,4,5,6\n");
   const Scene scene =
       files::ReadScene(Put("two.toml", std::string(kText) + "[wander]\ntable = \"w.csv\"\n"));
