@@ -51,8 +51,8 @@ TEST_F(MatchedPointsTest, LineAndSampleBecomeTimeAndRangeByTheOriginThatIsSaid) 
         fmt::format("T1,rslc.h5,{},{}\n", 731.25 + origin_px, 1012.5 + origin_px);
     const Block block = ImportProducts({Nisar()}, {}, With(kHeader + row, origin_px)).block;
     ASSERT_EQ(block.looks.size(), 1U);
-    EXPECT_NEAR(block.looks.time_s[0], 7.5625, 1e-9);
-    EXPECT_NEAR(block.looks.range_m[0], 855439.125, 1e-8);
+    EXPECT_NEAR(block.looks.time_s[0], 0.25 + 731.25 * 0.01, 1e-9);
+    EXPECT_NEAR(block.looks.range_m[0], 850123.5 + 1012.5 * 5.25, 1e-8);
     EXPECT_EQ(block.points.role[0], PointRole::kTie);
   }
 }
@@ -71,9 +71,9 @@ TEST_F(MatchedPointsTest, StandardDeviationsOfARowAreInPixels) {
                                      With("point,image,line,sample,line_sigma_px,sample_sigma_px\n"
                                           "T1,rslc,10,20,0.25,0.5\nT2,rslc,10,20,,\n"))
                           .block;
-  EXPECT_NEAR(block.SigmaOf(0).azimuth, 0.0025, 1e-12);
+  EXPECT_NEAR(block.SigmaOf(0).azimuth, 0.25 * 0.01, 1e-12);
   EXPECT_EQ(block.SigmaOf(0).azimuth_unit, AzimuthUnit::kSeconds);
-  EXPECT_NEAR(block.SigmaOf(0).range_m, 2.625, 1e-9);
+  EXPECT_NEAR(block.SigmaOf(0).range_m, 0.5 * 5.25, 1e-9);
   EXPECT_NEAR(block.SigmaOf(1).range_m, 5.25 / std::sqrt(12.0), 1e-9);
 }
 
@@ -206,10 +206,9 @@ TEST_F(ReflectorTest, MeasuredReflectorsBecomeControlAndTheOthersAreLeftOut) {
   EXPECT_LT((imported.block.points.given_m[c1] - Place_m(1)).norm(), 1e-5);
   EXPECT_NEAR(imported.block.points.known[0].covariance_enu_m2(2, 2), 4e-4, 1e-12);
   EXPECT_THAT(imported.warnings, testing::Contains(HasSubstr("new is measured but left as a tie")));
-  // Line (53 - 50.25) / 0.01, sample (852800 - 850123.5) / 5.25.
   ASSERT_EQ(imported.reflectors.size(), 1U);
-  EXPECT_NEAR(imported.reflectors[0].line_px, 275.0, 1e-4);
-  EXPECT_NEAR(imported.reflectors[0].sample_px, 509.80952, 1e-4);
+  EXPECT_NEAR(imported.reflectors[0].line_px, (53.0 - 50.25) / 0.01, 1e-4);
+  EXPECT_NEAR(imported.reflectors[0].sample_px, (852800.0 - 850123.5) / 5.25, 1e-4);
   EXPECT_NEAR(imported.products[0].offset.line_px, 0.1, 1e-4);
   options.points = std::nullopt;  // then all that lie in the image, for looks to come
   EXPECT_EQ(ImportProducts({Nisar()}, {}, options).block.points.size(), 3U);

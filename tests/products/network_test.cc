@@ -136,9 +136,11 @@ TEST_F(NetworkTest, AConstrainedRadiusHoldsTheHeightAlone) {
   ControlNetwork network = Moon();
   network.points[2].constrained = {false, false, true};
   const KnownPosition known = ImportNetwork(network, Cubes(), WithSigma()).block.points.known[2];
+  ASSERT_EQ(known.point, 2U);
   EXPECT_EQ(known.fixed, (std::array<bool, 3>{false, false, true}));
   EXPECT_EQ(known.covariance_enu_m2(0, 0), 0.0);
-  EXPECT_GT(known.covariance_enu_m2(2, 2), 0.0);
+  const Eigen::Vector3d up = network.points[2].position_m->normalized();  // of a sphere
+  EXPECT_NEAR(known.covariance_enu_m2(2, 2), up.dot(*network.points[2].covariance_m2 * up), 1e-9);
 }
 
 TEST_F(NetworkTest, SigmasOfMeasuresBecomeMetresAndSeconds) {
@@ -154,13 +156,14 @@ TEST_F(NetworkTest, SigmasOfMeasuresBecomeMetresAndSeconds) {
   EXPECT_THAT(Refusal(network, Cubes(), {}), HasSubstr("--range-sigma-m gives one"));
 }
 
-TEST_F(NetworkTest, FreePointsAreHeldInHeightWhereAskedFor) {
+TEST_F(NetworkTest, FreePointsAreConstrainedInHeightWhereAskedFor) {
   NetworkImportOptions options = WithSigma();
   options.height_sigma_m = 0.1;
   const Block block = ImportNetwork(Moon(), Cubes(), options).block;
   const KnownPosition* const known = block.points.FindKnown(5);
   ASSERT_NE(known, nullptr);
   EXPECT_EQ(known->fixed, (std::array<bool, 3>{false, false, true}));
+  EXPECT_EQ(known->covariance_enu_m2(2, 2), 0.1 * 0.1);
   EXPECT_EQ(block.points.FindKnown(6), nullptr);  // has no position
   EXPECT_EQ(block.points.FindKnown(8), nullptr);  // is ignored
 }

@@ -68,7 +68,7 @@ TEST_F(RealOrbitTest, InterpolationGivesBackStatesLeftOut) {
 // Real data against themselves: states 60 and 120 s apart, read in three ways, beside those left
 // out in the middle 400 s. The reported error of the cubic is its true error, and polynomials
 // follow.
-TEST_F(RealOrbitTest, StatesThinnedOutAreReadAsWellAsTold) {
+TEST_F(RealOrbitTest, StatesThinnedOutAreReadAsWellAsReported) {
   for (const std::size_t step : {6U, 12U}) {
     std::vector<StateVector> thin;
     for (std::size_t k = 0; k < states_.size(); k += step) thin.push_back(states_[k]);
@@ -90,18 +90,18 @@ TEST_F(RealOrbitTest, StatesThinnedOutAreReadAsWellAsTold) {
         count += 1.0;
       }
       const double error_mps = std::sqrt(square / count);
-      const double told_mps = read.errors.interpolation_mps;
+      const double reported_mps = read.errors.interpolation_mps;
       RecordProperty(std::string(NameOf(through)) + std::to_string(10 * step) + "_mps",
-                     std::to_string(error_mps) + " told " + std::to_string(told_mps));
+                     std::to_string(error_mps) + " reported " + std::to_string(reported_mps));
       if (through == PathThrough::kStates) {
         // States left out stand at sixths and twelfths of a piece: nearly the mean over it.
-        EXPECT_NEAR(error_mps, told_mps, 0.1 * told_mps);
+        EXPECT_NEAR(error_mps, reported_mps, 0.1 * reported_mps);
         EXPECT_GT(error_mps, 1e-2);
       } else {
         // To 1 mm at 850 km, but for positions 120 s apart.
         EXPECT_LT(error_mps, step == 6 ? 2e-5 : 2e-4) << NameOf(through);
         const double noise_mps = std::sqrt(2.0) * read.errors.noise.velocity_mps;
-        EXPECT_LT(error_mps, 2.0 * std::hypot(told_mps, noise_mps) + 2e-5) << NameOf(through);
+        EXPECT_LT(error_mps, 2.0 * std::hypot(reported_mps, noise_mps) + 2e-5) << NameOf(through);
       }
     }
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Images of Sentinel-1 held against themselves: their size, their valid samples, their grid and
+// Images of Sentinel-1 compared with themselves: their size, their valid samples, their grid and
 // their orbit, on annotations of our own making. What is changed is the oracle.
 #include "sarblock/core/error.h"
 

@@ -194,6 +194,7 @@ TEST(Sentinel1TimingTest, WhatTheAnnotationLacksIsNamedAndLeftIn) {
                                 HasSubstr("rank: must be an integer of 0 or more, got 'nine'"),
                                 HasSubstr("motion within the pulse ("),
                                 Not(HasSubstr("FM rate")))));
+  // 2e5 Hz less 1332.7 Hz/s of the steered beam times 5.5 s.
   EXPECT_THAT(warnings(Replaced(xml, "dataDcPolynomial>2.4", "dataDcPolynomial>2e5 2.4")),
               ElementsAre(AllOf(Not(HasSubstr("bistatic")),
                                 HasSubstr("dataDcPolynomial gives a Doppler of 1.927e+05 Hz"))));

@@ -343,7 +343,7 @@ TEST(SicdApertureTest, ReflectorsAndTheSceneCentreAreFoundInThem) {
               1e-8);
 }
 
-TEST(SicdApertureTest, AReflectorIsShownWhereItShouldBeSeenAndItsMatchesAreHeldAgainstIt) {
+TEST(SicdApertureTest, AReflectorIsShownWhereItShouldBeSeenAndItsMatchesAreComparedWithIt) {
   ImportOptions options;
   options.grid = std::nullopt;
   options.reflectors = ParseReflectors(

@@ -92,7 +92,7 @@ TEST_F(SicdTest, MatchesOutsideItsRowsAndColumnsAreRefused) {
   EXPECT_THAT(refusal("P,a,5,300\n"), HasSubstr("it has 400 lines and 300 samples"));
 }
 
-TEST_F(SicdTest, TheSceneCentreIsHeldAgainstThePathAndCanBeACheckPoint) {
+TEST_F(SicdTest, TheSceneCentreIsComparedWithThePathAndCanBeACheckPoint) {
   const ImportedBlock imported = ImportProducts({ParseSicd(Text(), "a.xml")}, {}, ImportOptions{});
   EXPECT_EQ(imported.products[0].grid_points, 1U);
   EXPECT_TRUE(imported.faults.empty());
