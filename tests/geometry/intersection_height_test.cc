@@ -50,7 +50,7 @@ TEST(IntersectWithHeightTest, SaysWhenTheCircleStaysAboveOrBelowTheSurface) {
             IntersectionOutcome::kDetermined);
 }
 
-// Round trip over bodies, places, sides, squints, climbs and cone kinds: the point a sight was
+// Round trip over bodies, places, sides, squints, climbs and cone kinds: the point a look was
 // built from comes back.
 TEST(IntersectWithHeightTest, RecoversPointsOnEllipsoids) {
   int found = 0;

@@ -101,7 +101,7 @@ TEST(IntersectTest, CovarianceIsEquation25InThePaperGeometry) {
   }
 }
 
-// Random geometries without noise: the point the sights were built from comes back. Same and
+// Random geometries without noise: the point the looks were built from comes back. Same and
 // opposite side, squints to 60 degrees, crossing tracks, climbing flight, both cone kinds.
 TEST(IntersectTest, RecoversThePointOfRandomGeometries) {
   int determined = 0;

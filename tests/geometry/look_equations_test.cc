@@ -8,45 +8,45 @@
 #include <cmath>
 #include <limits>
 
+#include "geometry/fifty_digits.h"
 #include <Eigen/Geometry>
-#include <boost/multiprecision/cpp_bin_float.hpp>
 #include <gtest/gtest.h>
 
 namespace sarblock {
 namespace {
 
-// 50 digits without expression templates, so that `auto` and ?: behave.
-using Long = boost::multiprecision::number<boost::multiprecision::cpp_bin_float<50>,
-                                           boost::multiprecision::et_off>;
-using Triple = std::array<Long, 3>;
+using test::Exact;
+using test::InnerProduct;
+using test::Real;
+using test::RealVector;
 
-Triple LongOf(const Eigen::Vector3d& v) { return {Long(v[0]), Long(v[1]), Long(v[2])}; }
-Long Dot(const Triple& a, const Triple& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
-struct LongErrors {
-  Long rho;
-  Long doppler;
+struct RealErrors {
+  Real rho;
+  Real doppler;
 };
 
 // The two equations as model.md writes them, by the angle itself, in 50 digits.
-LongErrors Twin(
-    const Triple& p, const Triple& s, const Triple& v, const Cone& cone, const Long& b) {
-  const Triple d = {p[0] - s[0], p[1] - s[1], p[2] - s[2]};
-  const Long rho = sqrt(Dot(d, d));
-  const Long speed = sqrt(Dot(v, v));
-  const Long tau = cone.kind == Cone::Kind::kSquint ? Long(cone.squint_rad)
-                                                    : asin(Long(cone.closing_mps) / speed);
-  return {rho, Dot(v, d) / speed - rho * sin(tau + b)};
+RealErrors Twin(const RealVector& p,
+                const RealVector& s,
+                const RealVector& v,
+                const Cone& cone,
+                const Real& b) {
+  const RealVector d = {p[0] - s[0], p[1] - s[1], p[2] - s[2]};
+  const Real rho = sqrt(InnerProduct(d, d));
+  const Real speed = sqrt(InnerProduct(v, v));
+  const Real tau = cone.kind == Cone::Kind::kSquint ? Real(cone.squint_rad)
+                                                    : asin(Real(cone.closing_mps) / speed);
+  return {rho, InnerProduct(v, d) / speed - rho * sin(tau + b)};
 }
 
-Triple Moved(Triple v, std::size_t axis, const Long& by) {
+RealVector Moved(RealVector v, std::size_t axis, const Real& by) {
   v[axis] += by;
   return v;
 }
 
-const Long kStep("1e-12");
+const Real kStep("1e-12");
 
-double Slope(const Long& ahead, const Long& behind) {
+double Slope(const Real& ahead, const Real& behind) {
   return static_cast<double>((ahead - behind) / (2 * kStep));
 }
 
@@ -78,7 +78,7 @@ Case RandomCase(std::uint64_t seed) {
   return c;
 }
 
-TEST(LookEquationsTest, GivesHandValuesOfAPythagoreanSight) {
+TEST(LookEquationsTest, GivesHandValuesOfAPythagoreanLook) {
   // d = (2, 3, -6) m x 1000, rho = 7000 m; u = (3, 0, 4)/5, so u.d = (6 - 24)/5 km = -3600 m.
   LookEquations look;
   ASSERT_TRUE(EvaluateLookEquations(
@@ -117,7 +117,7 @@ TEST(LookEquationsTest, AgreesWithFiftyDigits) {
     const Case c = RandomCase(seed);
     LookEquations look;
     ASSERT_TRUE(EvaluateLookEquations(c.p, c.s, c.v, c.cone, c.bias, &look)) << seed;
-    const LongErrors twin = Twin(LongOf(c.p), LongOf(c.s), LongOf(c.v), c.cone, Long(c.bias));
+    const RealErrors twin = Twin(Exact(c.p), Exact(c.s), Exact(c.v), c.cone, Real(c.bias));
     // A few roundings of the range (1e6 m: 1e-10 m each).
     const double tolerance_m = 2e-15 * look.rho_m;
     EXPECT_NEAR(look.rho_m, static_cast<double>(twin.rho), tolerance_m) << seed;
@@ -131,16 +131,16 @@ TEST(LookEquationsTest, PartialsAgreeWithFiftyDigitDifferences) {
     const Case c = RandomCase(seed);
     LookEquations look;
     ASSERT_TRUE(EvaluateLookEquations(c.p, c.s, c.v, c.cone, c.bias, &look)) << seed;
-    const Triple p = LongOf(c.p), s = LongOf(c.s), v = LongOf(c.v);
-    const Long b(c.bias);
+    const RealVector p = Exact(c.p), s = Exact(c.s), v = Exact(c.v);
+    const Real b(c.bias);
     for (std::size_t i = 0; i < 3; ++i) {
       const Eigen::Index k = static_cast<Eigen::Index>(i);
-      const LongErrors p_ahead = Twin(Moved(p, i, kStep), s, v, c.cone, b);
-      const LongErrors p_behind = Twin(Moved(p, i, -kStep), s, v, c.cone, b);
+      const RealErrors p_ahead = Twin(Moved(p, i, kStep), s, v, c.cone, b);
+      const RealErrors p_behind = Twin(Moved(p, i, -kStep), s, v, c.cone, b);
       EXPECT_NEAR(look.drho_dp[k], Slope(p_ahead.rho, p_behind.rho), 1e-13) << seed;
       EXPECT_NEAR(look.ded_dp[k], Slope(p_ahead.doppler, p_behind.doppler), 1e-13) << seed;
-      const LongErrors v_ahead = Twin(p, s, Moved(v, i, kStep), c.cone, b);
-      const LongErrors v_behind = Twin(p, s, Moved(v, i, -kStep), c.cone, b);
+      const RealErrors v_ahead = Twin(p, s, Moved(v, i, kStep), c.cone, b);
+      const RealErrors v_behind = Twin(p, s, Moved(v, i, -kStep), c.cone, b);
       const double scale_s = look.rho_m / c.v.norm();
       EXPECT_NEAR(look.ded_dv[k], Slope(v_ahead.doppler, v_behind.doppler), 1e-13 * scale_s)
           << seed;
@@ -155,16 +155,16 @@ TEST(LookEquationsTest, PartialsAgreeWithFiftyDigitDifferences) {
 TEST(LookEquationsTest, TimeRatesAgreeWithFiftyDigitDifferences) {
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
     const Case c = RandomCase(seed);
-    const auto at = [&c](const Long& t) {
-      Triple s = LongOf(c.s), v = LongOf(c.v);
+    const auto at = [&c](const Real& t) {
+      RealVector s = Exact(c.s), v = Exact(c.v);
       for (std::size_t i = 0; i < 3; ++i) {
-        const Long a(c.a[static_cast<Eigen::Index>(i)]);
+        const Real a(c.a[static_cast<Eigen::Index>(i)]);
         s[i] += v[i] * t + a * t * t / 2;
         v[i] += a * t;
       }
-      return Twin(LongOf(c.p), s, v, c.cone, Long(0));
+      return Twin(Exact(c.p), s, v, c.cone, Real(0));
     };
-    const LongErrors ahead = at(kStep), behind = at(-kStep);
+    const RealErrors ahead = at(kStep), behind = at(-kStep);
     const TimeRates rates = LookTimeRates(c.p, c.s, c.v, c.a, c.cone);
     const double tolerance_mps =
         1e-13 * (c.v.norm() + (c.p - c.s).norm() * c.a.norm() / c.v.norm());
@@ -208,7 +208,7 @@ TEST(LookEquationsTest, ALookPassesOverItsTargetAtTheTurnOfACircularOrbit) {
   }
 }
 
-TEST(LookEquationsTest, RefusesASightLineThatVanishes) {
+TEST(LookEquationsTest, RefusesALineOfSightThatVanishes) {
   const Eigen::Vector3d s(12.5, -7.25, 3.125);
   LookEquations look;
   EXPECT_FALSE(EvaluateLookEquations(s, s, {91.0, 2.0, 0.0}, Cone{}, 0.0, &look));

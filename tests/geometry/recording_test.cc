@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "geometry/recorded_path.h"
+#include "geometry/test_flights.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -16,31 +17,16 @@ constexpr double kTight_rad = 1e-9;
 
 // ---- flights
 
-constexpr double kOrbitRadius_m = 7071234.5,
-                 kOrbitRate_radps = 1.0618e-3;  // [rad/s], a low orbit of the Earth
+using test::kCircleRadius_m;
+using test::kCircleRate_radps;
+using test::OnCircle;
 
-StateVector InOrbit(double time_s) {
-  const double angle = 0.7 + kOrbitRate_radps * time_s;
-  return {
-      time_s,
-      kOrbitRadius_m * Eigen::Vector3d(std::cos(angle), 0.3, std::sin(angle)),
-      kOrbitRadius_m * kOrbitRate_radps * Eigen::Vector3d(-std::sin(angle), 0.0, std::cos(angle))};
-}
+const test::Aircraft kAircraft(0.0);
 
-/// 97 m/s along x, waves of some metres with periods of 7 to 23 s in all axes.
-StateVector InAircraft(double time_s) {
-  StateVector state{time_s, {97.0 * time_s, 250.0, 3000.0}, {97.0, 0.0, 0.0}};
-  const auto add = [&state, time_s](int axis, double size_m, double period_s, double phase) {
-    const double w = 2.0 * M_PI / period_s;
-    state.position_m[axis] += size_m * std::sin(w * time_s + phase);
-    state.velocity_mps[axis] += size_m * w * std::cos(w * time_s + phase);
-  };
-  add(0, 1.9, 17.3, 0.3);
-  add(1, 5.3, 23.1, 1.1);
-  add(1, 0.7, 7.1, 2.3);
-  add(2, 3.7, 19.7, 4.1);
-  add(2, 0.4, 9.3, 5.2);
-  return state;
+StateVector OnCubic(double t) {
+  return {t,
+          {120.3 * t, 3.1 + 0.21 * t * t, 900.0 - 0.017 * t * t * t},
+          {120.3, 0.42 * t, -0.051 * t * t}};
 }
 
 template <typename Flight>
@@ -90,12 +76,7 @@ double VelocityError_mps(const FlightPath& path, const Flight& flight, const Tim
 
 // Closed form: a cubic has no differences of order 4 and above, its velocities none of order 3.
 TEST(RecordingTest, APolynomialHasNeitherNoiseNorContradictionNorErrorOfInterpolation) {
-  const auto cubic = [](double t) -> StateVector {
-    return {t,
-            {120.3 * t, 3.1 + 0.21 * t * t, 900.0 - 0.017 * t * t * t},
-            {120.3, 0.42 * t, -0.051 * t * t}};
-  };
-  const std::vector<StateVector> states = Record(cubic, 0.5, 40);
+  const std::vector<StateVector> states = Record(OnCubic, 0.5, 40);
   const RecordedPath read = MakeRecording(states).Read(PathThrough::kStates, kTight_rad);
   EXPECT_LT(read.noise.position_m, 1e-10);  // rounding of 6 km
   EXPECT_LT(read.noise.velocity_mps, 1e-12);
@@ -108,7 +89,7 @@ TEST(RecordingTest, APolynomialHasNeitherNoiseNorContradictionNorErrorOfInterpol
 // states, is known to about a sixth; the least of eight orders is low by less than that.
 TEST(RecordingTest, NoiseIsEstimatedFromDifferencesOfStates) {
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
-    const auto states = WithNoise(Record(InAircraft, 0.01, 6000), 0.021, 0.013, seed);
+    const auto states = WithNoise(Record(kAircraft, 0.01, 6000), 0.021, 0.013, seed);
     const Recording recording = MakeRecording(states);
     EXPECT_NEAR(recording.noise().position_m, 0.021, 0.16 * 0.021);
     EXPECT_NEAR(recording.noise().velocity_mps, 0.013, 0.16 * 0.013);
@@ -116,7 +97,7 @@ TEST(RecordingTest, NoiseIsEstimatedFromDifferencesOfStates) {
 }
 
 TEST(RecordingTest, StatesTooSparseForTheFlightShowNoNoise) {
-  const Recording recording = MakeRecording(Record(InOrbit, 300.0, 24));
+  const Recording recording = MakeRecording(Record(OnCircle, 300.0, 24));
   EXPECT_EQ(recording.noise().position_m, 0.0);
   EXPECT_EQ(recording.noise().velocity_mps, 0.0);
 }
@@ -127,12 +108,12 @@ TEST(RecordingTest, TheCubicTurnsNoiseOfStatesIntoNoiseOfTheVelocity) {
   const double h_s = 0.25, sigma_m = 0.031, sigma_mps = 0.17;
   const double expected_mps =
       std::sqrt(12.0 / 5.0 * std::pow(sigma_m / h_s, 2) + 4.0 / 15.0 * std::pow(sigma_mps, 2));
-  const auto states = WithNoise(Record(InAircraft, h_s, 4000), sigma_m, sigma_mps, 3);
+  const auto states = WithNoise(Record(kAircraft, h_s, 4000), sigma_m, sigma_mps, 3);
   const Recording recording = MakeRecording(states, {sigma_m, sigma_mps});
   const RecordedPath read = recording.Read(PathThrough::kStates, kTight_rad);
   EXPECT_NEAR(read.errors.noise.velocity_mps, expected_mps, 1e-12);
   // Two axes lie across the flight. 4,000 pieces know the mean square to 3 %.
-  EXPECT_NEAR(VelocityError_mps(read.path, InAircraft, Inner(states)),
+  EXPECT_NEAR(VelocityError_mps(read.path, kAircraft, Inner(states)),
               std::sqrt(2.0) * expected_mps,
               0.05 * expected_mps);
   EXPECT_LT(read.errors.interpolation_mps, 0.2 * expected_mps);
@@ -142,48 +123,48 @@ TEST(RecordingTest, TheCubicTurnsNoiseOfStatesIntoNoiseOfTheVelocity) {
 // h^3 s''''/(12 sqrt(210)) in the mean. The next order is (w h)^2/14 of that.
 TEST(RecordingTest, TheErrorOfInterpolationOfACircleIsThatOfItsFourthDerivative) {
   for (const double h_s : {10.0, 60.0, 120.0, 300.0}) {
-    const auto states = Record(InOrbit, h_s, 30);
+    const auto states = Record(OnCircle, h_s, 30);
     const RecordedPath read = MakeRecording(states).Read(PathThrough::kStates, kTight_rad);
-    const double expected_mps = std::pow(h_s, 3) * kOrbitRadius_m * std::pow(kOrbitRate_radps, 4) /
-                                (12.0 * std::sqrt(210.0));
+    const double expected_mps = std::pow(h_s, 3) * kCircleRadius_m *
+                                std::pow(kCircleRate_radps, 4) / (12.0 * std::sqrt(210.0));
     EXPECT_NEAR(read.errors.interpolation_mps, expected_mps, 0.03 * expected_mps) << h_s;
     EXPECT_NEAR(
-        VelocityError_mps(read.path, InOrbit, Inner(states)), expected_mps, 0.03 * expected_mps)
+        VelocityError_mps(read.path, OnCircle, Inner(states)), expected_mps, 0.03 * expected_mps)
         << h_s;
     EXPECT_LT(read.errors.contradiction_mps, 0.05 * expected_mps) << h_s;
   }
 }
 
 // The same of two states alone, from the curvature between them.
-TEST(RecordingTest, TwoStatesOfAnOrbitTellTheirErrorOfInterpolation) {
+TEST(RecordingTest, TwoStatesOfAnOrbitReportTheirErrorOfInterpolation) {
   const double h_s = 120.0;
   const RecordedPath read =
-      MakeRecording(Record(InOrbit, h_s, 2)).Read(PathThrough::kStates, kTight_rad);
-  const double expected_mps =
-      std::pow(h_s, 3) * kOrbitRadius_m * std::pow(kOrbitRate_radps, 4) / (12.0 * std::sqrt(210.0));
+      MakeRecording(Record(OnCircle, h_s, 2)).Read(PathThrough::kStates, kTight_rad);
+  const double expected_mps = std::pow(h_s, 3) * kCircleRadius_m * std::pow(kCircleRate_radps, 4) /
+                              (12.0 * std::sqrt(210.0));
   EXPECT_NEAR(read.errors.interpolation_mps, expected_mps, 0.05 * expected_mps);
 }
 
 // Closed form: between positions that are right a velocity that is off by b at the states swings by
 // b (1 - 6u + 6u^2), root mean square b/sqrt(5).
 TEST(RecordingTest, VelocitiesThatContradictPositionsAreMeasured) {
-  auto states = Record(InOrbit, 10.0, 40);
+  auto states = Record(OnCircle, 10.0, 40);
   const Eigen::Vector3d b_mps(0.0, 0.023, 0.0);  // across the orbit
   for (StateVector& state : states) state.velocity_mps += b_mps;
   const Recording recording = MakeRecording(states);
   EXPECT_NEAR(recording.contradiction_mps(), 0.023, 1e-5);
   const RecordedPath read = recording.Read(PathThrough::kStates, kTight_rad);
   EXPECT_NEAR(read.errors.contradiction_mps, 0.023 / std::sqrt(5.0), 1e-5);
-  EXPECT_NEAR(VelocityError_mps(read.path, InOrbit, Inner(states)), 0.023 / std::sqrt(5.0), 3e-4);
+  EXPECT_NEAR(VelocityError_mps(read.path, OnCircle, Inner(states)), 0.023 / std::sqrt(5.0), 3e-4);
   const RecordedPath positions = recording.Read(PathThrough::kPositions, kTight_rad);
   EXPECT_EQ(positions.errors.contradiction_mps, 0.0);
-  EXPECT_LT(VelocityError_mps(positions.path, InOrbit, Inner(states)), 7.5e-6);
+  EXPECT_LT(VelocityError_mps(positions.path, OnCircle, Inner(states)), 7.5e-6);
 }
 
 TEST(RecordingTest, NoiseOfVelocitiesIsNoContradiction) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const Recording recording =
-        MakeRecording(WithNoise(Record(InAircraft, 0.1, 700), 0.02, 0.05, seed));
+        MakeRecording(WithNoise(Record(kAircraft, 0.1, 700), 0.02, 0.05, seed));
     EXPECT_EQ(recording.contradiction_mps(), 0.0) << seed;
   }
 }
@@ -192,31 +173,32 @@ TEST(RecordingTest, NoiseOfVelocitiesIsNoContradiction) {
 
 // States 60 to 300 s apart: the errors reported are the true ones, within a factor of two, and far
 // below those of the cubic.
-TEST(RecordingTest, PolynomialsOfDegreeSevenFollowASparseOrbitAndTellTheirErrors) {
+TEST(RecordingTest, PolynomialsOfDegreeSevenFollowASparseOrbitAndReportTheirErrors) {
   for (const double h_s : {60.0, 120.0, 300.0}) {
-    const auto states = Record(InOrbit, h_s, 30);
+    const auto states = Record(OnCircle, h_s, 30);
     const Recording recording = MakeRecording(states);
     const double cubic_mps =
         recording.Read(PathThrough::kStates, kTight_rad).errors.interpolation_mps;
     for (const PathThrough through : {PathThrough::kOrbit, PathThrough::kPositions}) {
       const RecordedPath read = recording.Read(through, kTight_rad);
-      const double error_mps = VelocityError_mps(read.path, InOrbit, Inner(states));
-      const double told_mps = read.errors.interpolation_mps;
+      const double error_mps = VelocityError_mps(read.path, OnCircle, Inner(states));
+      const double reported_mps = read.errors.interpolation_mps;
       // The states made follow the polynomial to kTight_rad, 7.5e-6 m/s, at most.
-      EXPECT_NEAR(error_mps, told_mps, 1.0 * told_mps + 7.5e-6) << h_s;
+      EXPECT_NEAR(error_mps, reported_mps, 1.0 * reported_mps + 7.5e-6) << h_s;
       EXPECT_LT(error_mps, 0.1 * cubic_mps) << h_s;
       EXPECT_LT(read.errors.noise.velocity_mps, 1e-6);
     }
   }
 }
 
-TEST(RecordingTest, NoiseComesOutOfPolynomialsAsTold) {
+TEST(RecordingTest, NoiseComesOutOfPolynomialsAsReported) {
   for (const PathThrough through : {PathThrough::kOrbit, PathThrough::kPositions}) {
-    const auto states = WithNoise(Record(InAircraft, 0.5, 3000), 0.031, 0.047, 5);
+    const auto states = WithNoise(Record(kAircraft, 0.5, 3000), 0.031, 0.047, 5);
     const Recording recording = MakeRecording(states, {0.031, 0.047});
     const RecordedPath read = recording.Read(through, 1e-6);
-    const double told_mps = std::sqrt(2.0) * read.errors.noise.velocity_mps;
-    EXPECT_NEAR(VelocityError_mps(read.path, InAircraft, Inner(states)), told_mps, 0.06 * told_mps);
+    const double reported_mps = std::sqrt(2.0) * read.errors.noise.velocity_mps;
+    EXPECT_NEAR(
+        VelocityError_mps(read.path, kAircraft, Inner(states)), reported_mps, 0.06 * reported_mps);
   }
 }
 
@@ -224,23 +206,18 @@ TEST(RecordingTest, NoiseComesOutOfPolynomialsAsTold) {
 
 // A cubic is a spline: nothing is left but rounding, and one piece is enough.
 TEST(RecordingTest, ASmoothedCubicIsTheCubic) {
-  const auto cubic = [](double t) -> StateVector {
-    return {t,
-            {120.3 * t, 3.1 + 0.21 * t * t, 900.0 - 0.017 * t * t * t},
-            {120.3, 0.42 * t, -0.051 * t * t}};
-  };
-  const auto states = Record(cubic, 0.5, 40);
+  const auto states = Record(OnCubic, 0.5, 40);
   const RecordedPath read =
       MakeRecording(states, {0.01, 0.01}).Read(PathThrough::kSmooth, kTight_rad);
   for (double t_s = states.front().time_s; t_s <= states.back().time_s; t_s += 0.173) {
-    EXPECT_LT((read.path.At(t_s)->position_m - cubic(t_s).position_m).norm(), 1e-8);
-    EXPECT_LT((read.path.At(t_s)->velocity_mps - cubic(t_s).velocity_mps).norm(), 1e-8);
+    EXPECT_LT((read.path.At(t_s)->position_m - OnCubic(t_s).position_m).norm(), 1e-8);
+    EXPECT_LT((read.path.At(t_s)->velocity_mps - OnCubic(t_s).velocity_mps).norm(), 1e-8);
   }
 }
 
 // The cubic through states at the knots is the spline: its acceleration does not jump.
 TEST(RecordingTest, TheAccelerationOfASmoothedPathIsContinuous) {
-  const auto states = WithNoise(Record(InAircraft, 0.01, 6000), 0.02, 0.01, 11);
+  const auto states = WithNoise(Record(kAircraft, 0.01, 6000), 0.02, 0.01, 11);
   const RecordedPath read = MakeRecording(states).Read(PathThrough::kSmooth, kTight_rad);
   ASSERT_GT(read.path.piece_count(), 10U);
   ASSERT_LT(read.path.piece_count(), 600U);
@@ -253,9 +230,9 @@ TEST(RecordingTest, TheAccelerationOfASmoothedPathIsContinuous) {
 }
 
 // States at the recorded times then hold all knots and give the same path again.
-TEST(RecordingTest, KnotsStandAtRecordedTimesToTheLastBit) {
+TEST(RecordingTest, KnotsAreAtRecordedTimesToTheLastBit) {
   std::vector<StateVector> states;
-  for (int k = 0; k < 3000; ++k) states.push_back(InAircraft(-22.0 + 0.01 * k));
+  for (int k = 0; k < 3000; ++k) states.push_back(kAircraft(-22.0 + 0.01 * k));
   const RecordedPath read =
       MakeRecording(WithNoise(states, 0.02, 0.01, 13)).Read(PathThrough::kSmooth, kTight_rad);
   ASSERT_GT(read.path.states().size(), 30U);
@@ -268,28 +245,28 @@ TEST(RecordingTest, KnotsStandAtRecordedTimesToTheLastBit) {
 
 // Seeded statistics: 2 cm and 1 cm/s at 100 Hz. The cubic is off by metres per second; what is left
 // of the smoothed path is reported, noise and what the knots do not follow together.
-TEST(RecordingTest, ASmoothedFlightIsAsGoodAsTold) {
+TEST(RecordingTest, ASmoothedFlightIsAsGoodAsReported) {
   double square = 0.0, reported = 0.0;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
-    const auto states = WithNoise(Record(InAircraft, 0.01, 6000), 0.02, 0.01, seed);
+    const auto states = WithNoise(Record(kAircraft, 0.01, 6000), 0.02, 0.01, seed);
     for (const StateNoise& given : {StateNoise{}, StateNoise{0.02, 0.01}}) {
       const RecordedPath read = MakeRecording(states, given).Read(PathThrough::kSmooth, kTight_rad);
-      square += std::pow(VelocityError_mps(read.path, InAircraft, Inner(states)), 2);
+      square += std::pow(VelocityError_mps(read.path, kAircraft, Inner(states)), 2);
       reported += 2.0 * (std::pow(read.errors.noise.velocity_mps, 2) +
                          std::pow(read.errors.interpolation_mps, 2));
       EXPECT_NEAR(read.noise.position_m, 0.02, 0.001);
       EXPECT_NEAR(read.noise.velocity_mps, 0.01, 0.0005);
     }
   }
-  const double rms_mps = std::sqrt(square / 24.0), told_mps = std::sqrt(reported / 24.0);
+  const double rms_mps = std::sqrt(square / 24.0), reported_mps = std::sqrt(reported / 24.0);
   EXPECT_LT(rms_mps, 0.002);
-  EXPECT_NEAR(told_mps, rms_mps, 0.1 * rms_mps);
+  EXPECT_NEAR(reported_mps, rms_mps, 0.1 * rms_mps);
 }
 
 // Chi-square of positions and of velocities, each with its own degrees of freedom, over seeds.
 TEST(RecordingTest, TheMisfitOfASmoothedPathFollowsItsSigmas) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-    const auto states = WithNoise(Record(InAircraft, 0.02, 3000), 0.02, 0.03, seed);
+    const auto states = WithNoise(Record(kAircraft, 0.02, 3000), 0.02, 0.03, seed);
     const RecordedPath read =
         MakeRecording(states, {0.02, 0.03}).Read(PathThrough::kSmooth, kTight_rad);
     ASSERT_TRUE(read.fit.has_value());
@@ -311,18 +288,18 @@ TEST(RecordingTest, StatesAtUnequalTimesAreSmoothedAlike) {
   RandomStream random(7, 1);
   std::vector<StateVector> states;
   for (double t_s = 0.0; t_s < 60.0; t_s += 0.002 + 0.03 * random.Uniform()) {
-    states.push_back(InAircraft(t_s));
+    states.push_back(kAircraft(t_s));
   }
   states = WithNoise(states, 0.02, 0.01, 2);
   const RecordedPath read = MakeRecording(states).Read(PathThrough::kSmooth, kTight_rad);
-  EXPECT_LT(VelocityError_mps(read.path, InAircraft, Inner(states)), 0.003);
+  EXPECT_LT(VelocityError_mps(read.path, kAircraft, Inner(states)), 0.003);
   EXPECT_NEAR(read.noise.position_m, 0.02, 0.001);
   EXPECT_NEAR(read.noise.velocity_mps, 0.01, 0.0006);
   EXPECT_FALSE(read.fit.has_value());  // of sigmas that the states themselves gave
 }
 
 TEST(RecordingTest, TwoStatesCanBeReadInEveryWay) {
-  const auto states = Record(InAircraft, 1.5, 2);
+  const auto states = Record(kAircraft, 1.5, 2);
   for (const PathThrough through :
        {PathThrough::kStates, PathThrough::kOrbit, PathThrough::kPositions, PathThrough::kSmooth}) {
     const RecordedPath read = MakeRecording(states).Read(through, kTight_rad);

@@ -5,19 +5,13 @@
 #include <cmath>
 
 #include "geometry/smooth_path.h"
+#include "geometry/test_flights.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {
 namespace {
 
-constexpr double kRadius_m = 7071234.5, kRate = 1.0618e-3;  // [rad/s], a low orbit of the Earth
-
-StateVector OnCircle(double time_s) {
-  const double angle = 0.7 + kRate * time_s;
-  return {time_s,
-          kRadius_m * Eigen::Vector3d(std::cos(angle), 0.3, std::sin(angle)),
-          kRadius_m * kRate * Eigen::Vector3d(-std::sin(angle), 0.0, std::cos(angle))};
-}
+using test::OnCircle;
 
 std::vector<StateVector> Circle(int count, double spacing_s) {
   std::vector<StateVector> states;

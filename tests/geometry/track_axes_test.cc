@@ -5,9 +5,9 @@
 #include <array>
 #include <cmath>
 
+#include "geometry/fifty_digits.h"
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <boost/multiprecision/cpp_bin_float.hpp>
 #include <gtest/gtest.h>
 
 namespace sarblock {
@@ -15,6 +15,12 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+using test::Exact;
+using test::InnerProduct;
+using test::Real;
+using test::RealVector;
+using test::Sum;
+using test::Unit;
 
 // Hand value: flight along +x of a flat frame has the axes x, y, z, and they stay.
 TEST(TrackAxesTest, AreTheAxesOfLeberlsFrame) {
@@ -59,50 +65,20 @@ TEST(TrackAxesTest, TurnWithACircularOrbit) {
   }
 }
 
-using Real = boost::multiprecision::number<boost::multiprecision::cpp_bin_float<50>,
-                                           boost::multiprecision::et_off>;
-using Vector = std::array<Real, 3>;
-
-Vector Sum(const Vector& a, const Real& s, const Vector& b) {
-  return {a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]};
-}
-Real InnerProduct(const Vector& a, const Vector& b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-Vector Unit(const Vector& a) { return Sum({0, 0, 0}, 1 / sqrt(InnerProduct(a, a)), a); }
-Vector Exact(const Vector3d& a) { return {Real(a.x()), Real(a.y()), Real(a.z())}; }
-
-// The ellipsoidal vertical in 50 digits by Lagrange's condition: p_i = q_i (1 + k/a_i^2) with q on
-// the ellipsoid; Newton's iteration for k.
-Vector ExactUp(const Ellipsoid& e, const Vector& p) {
-  const Real a = e.a_m;
-  const Real b = a * (1 - Real(e.flattening));
-  const Vector squares = {a * a, a * a, b * b};
-  Real k = 0;
-  for (int i = 0; i < 50; ++i) {
-    Real value = -1;
-    Real slope = 0;
-    for (std::size_t j = 0; j < 3; ++j) {
-      const Real d = squares[j] + k;
-      value += p[j] * p[j] * squares[j] / (d * d);
-      slope -= 2 * p[j] * p[j] * squares[j] / (d * d * d);
-    }
-    k -= value / slope;
-  }
-  return Unit({p[0] / (squares[0] + k), p[1] / (squares[1] + k), p[2] / (squares[2] + k)});
-}
-
 // The nine numbers of the axes at t, from the path s + v t + a t^2/2 + j t^3/6.
-std::array<Vector, 3> ExactAxes(const Ellipsoid* ellipsoid, const Motion& motion, const Real& t) {
-  const Vector s = Exact(motion.position_m), v = Exact(motion.velocity_mps);
-  const Vector a = Exact(motion.acceleration_mps2), j = Exact(motion.jerk_mps3);
-  const Vector place = Sum(Sum(Sum(s, t, v), t * t / 2, a), t * t * t / 6, j);
-  const Vector along = Unit(Sum(Sum(v, t, a), t * t / 2, j));
-  const Vector vertical = ellipsoid == nullptr ? Vector{0, 0, 1} : ExactUp(*ellipsoid, place);
-  const Vector up = Unit(Sum(vertical, -InnerProduct(vertical, along), along));
-  const Vector across = {up[1] * along[2] - up[2] * along[1],
-                         up[2] * along[0] - up[0] * along[2],
-                         up[0] * along[1] - up[1] * along[0]};
+std::array<RealVector, 3> ExactAxes(const Ellipsoid* ellipsoid,
+                                    const Motion& motion,
+                                    const Real& t) {
+  const RealVector s = Exact(motion.position_m), v = Exact(motion.velocity_mps);
+  const RealVector a = Exact(motion.acceleration_mps2), j = Exact(motion.jerk_mps3);
+  const RealVector place = Sum(Sum(Sum(s, t, v), t * t / 2, a), t * t * t / 6, j);
+  const RealVector along = Unit(Sum(Sum(v, t, a), t * t / 2, j));
+  const RealVector vertical =
+      ellipsoid == nullptr ? RealVector{0, 0, 1} : test::ExactUp(*ellipsoid, place);
+  const RealVector up = Unit(Sum(vertical, -InnerProduct(vertical, along), along));
+  const RealVector across = {up[1] * along[2] - up[2] * along[1],
+                             up[2] * along[0] - up[0] * along[2],
+                             up[0] * along[1] - up[1] * along[0]};
   return {along, across, up};
 }
 

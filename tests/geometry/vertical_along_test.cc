@@ -4,51 +4,19 @@
 
 #include <vector>
 
-#include <boost/multiprecision/cpp_bin_float.hpp>
+#include "geometry/fifty_digits.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {
 namespace {
 
 using Eigen::Vector3d;
-using Real = boost::multiprecision::number<boost::multiprecision::cpp_bin_float<50>,
-                                           boost::multiprecision::et_off>;
-
-struct RealVector {
-  Real x, y, z;
-};
-RealVector operator+(const RealVector& a, const RealVector& b) {
-  return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
-RealVector operator*(const Real& s, const RealVector& a) { return {s * a.x, s * a.y, s * a.z}; }
-RealVector ToReal(const Vector3d& a) { return {Real(a.x()), Real(a.y()), Real(a.z())}; }
-Vector3d Rounded(const RealVector& a) {
-  return {static_cast<double>(a.x), static_cast<double>(a.y), static_cast<double>(a.z)};
-}
-
-// The vertical at p in 50 digits, sharing nothing with the library: the foot point is found from
-// Lagrange's condition p = q + k grad(q)/2, one unknown k, by Newton's iteration on the equation
-// of the ellipsoid: sum p_i^2 a_i^2/(a_i^2 + k)^2 = 1.
-RealVector RealVertical(const Ellipsoid& ellipsoid, const RealVector& p) {
-  const Real a = ellipsoid.a_m;
-  const Real b = a * (Real(1) - Real(ellipsoid.flattening));
-  const Real a2 = a * a;
-  const Real b2 = b * b;
-  const Real rho2 = p.x * p.x + p.y * p.y;
-  Real k = 0;
-  for (int i = 0; i < 60; ++i) {
-    const Real ka = a2 + k;
-    const Real kb = b2 + k;
-    const Real value = rho2 * a2 / (ka * ka) + p.z * p.z * b2 / (kb * kb) - 1;
-    const Real slope = -2 * (rho2 * a2 / (ka * ka * ka) + p.z * p.z * b2 / (kb * kb * kb));
-    k -= value / slope;
-  }
-  // q_i = p_i a_i^2/(a_i^2 + k), so the gradient q_i/a_i^2 is p_i/(a_i^2 + k).
-  const RealVector gradient = {p.x / (a2 + k), p.y / (a2 + k), p.z / (b2 + k)};
-  const Real length =
-      sqrt(gradient.x * gradient.x + gradient.y * gradient.y + gradient.z * gradient.z);
-  return (Real(1) / length) * gradient;
-}
+using test::Exact;
+using test::Real;
+using test::RealVector;
+using test::Rounded;
+using test::Scaled;
+using test::Sum;
 
 struct MovingPoint {
   Ellipsoid ellipsoid;
@@ -77,15 +45,16 @@ TEST(VerticalAlongTest, AgreesWithFiftyDigitFiniteDifferences) {
     const VerticalMotion motion =
         Frame::Geocentric(c.ellipsoid).VerticalAlong(c.p_m, c.v_mps, c.a_mps2);
     const auto up_at = [&c](const Real& t) {
-      return RealVertical(c.ellipsoid,
-                          ToReal(c.p_m) + t * ToReal(c.v_mps) + (t * t / 2) * ToReal(c.a_mps2));
+      const RealVector place = Sum(Exact(c.p_m), t, Exact(c.v_mps));
+      return test::ExactUp(c.ellipsoid, Sum(place, t * t / 2, Exact(c.a_mps2)));
     };
     const Real h("1e-10");
     const RealVector before = up_at(-h);
     const RealVector here = up_at(Real(0));
     const RealVector after = up_at(h);
-    const Vector3d rate = Rounded((Real(1) / (2 * h)) * (after + Real(-1) * before));
-    const Vector3d acceleration = Rounded((Real(1) / (h * h)) * (after + Real(-2) * here + before));
+    const Vector3d rate = Rounded(Scaled(1 / (2 * h), Sum(after, -1, before)));
+    const Vector3d acceleration =
+        Rounded(Scaled(1 / (h * h), Sum(Sum(after, -2, here), 1, before)));
     const double turn = c.v_mps.norm() / c.p_m.norm();
     EXPECT_LE((motion.up - Rounded(here)).norm(), 1e-15);
     EXPECT_LE((motion.rate - rate).norm(), 1e-14 * turn);
