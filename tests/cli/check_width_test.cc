@@ -20,7 +20,7 @@ class CheckWidthTest : public test::CliTest {
   }
 };
 
-TEST_F(CheckWidthTest, ALongNameOfAPassStandsAboveItsRowInBothTables) {
+TEST_F(CheckWidthTest, ALongNameOfAPassIsAboveItsRowInBothTables) {
   const Path block = Simulated(
       "recorded/uav",
       "block",

@@ -12,7 +12,6 @@
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 #include <sys/mount.h>
-#include <sys/resource.h>
 
 namespace sarblock {
 namespace {
@@ -202,23 +201,6 @@ TEST_F(FilesTest, AnInterruptionLeavesNothingHalfWritten) {
   }
   ExpectWhole(result);
   EXPECT_EQ(FilesOf(block).size(), 6u);
-}
-
-// A limit on the size of files meets the writer as a full disk does: the write fails.
-TEST_F(FilesTest, AWriteThatFailsLeavesNothingHalfWritten) {
-  const Path block = Simulated("leberl-aircraft", "block");
-  struct rlimit before {};
-  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
-  const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);  // inherited: the write fails instead
-  const struct rlimit small { 20000, before.rlim_max };
-  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
-  const test::ProgramRun run = Run("adjust", block, "result");
-  setrlimit(RLIMIT_FSIZE, &before);
-  std::signal(SIGXFSZ, old_handler);
-  EXPECT_EQ(run.exit_code, 3);
-  EXPECT_THAT(run.err, HasSubstr("points.csv"));
-  EXPECT_THAT(run.err, HasSubstr("File too large"));
-  EXPECT_EQ(FilesOf(folder_ / "result"), std::set<std::string>{});
 }
 
 TEST_F(FilesTest, AFullDiskLeavesNothingHalfWritten) {

@@ -100,7 +100,7 @@ TEST_F(ImportTest, AnOwnAnnotationBecomesABlockThatAdjusts) {
   }
 }
 
-TEST_F(ImportTest, FaultyRowsStandOnStandardErrorAndInTheJson) {
+TEST_F(ImportTest, FaultyRowsAreOnStandardErrorAndInTheJson) {
   const ProgramRun run = Import({Own("faulty")}, "block");
   EXPECT_EQ(run.exit_code, 0);
   EXPECT_THAT(run.err, HasSubstr("geolocationGrid line 2000 (row 3): 3 of 3 points do not fit"));

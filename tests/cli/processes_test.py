@@ -64,7 +64,7 @@ class ProcessesTest(unittest.TestCase):
         process.send_signal(signal.SIGSTOP)
         return process
 
-    def test_a_second_run_into_one_output_is_told_before_its_work(self):
+    def test_a_second_run_into_one_output_is_refused_before_its_work(self):
         one, two = self.simulated("one", points=3000), self.simulated("two", seed=2)
         for name in ("result", "result.h5"):
             output = self.folder / name
@@ -145,7 +145,7 @@ class ProcessesTest(unittest.TestCase):
         packed.write_bytes(gzip.compress(rows[:half]) + gzip.compress(rows[half:])[:-9])
         self.assertIn("the gzip data end too early", run("check", block, "-q", code=3).stderr)
 
-    def test_a_last_row_that_may_be_cut_off_is_told(self):
+    def test_a_last_row_that_may_be_cut_off_is_named(self):
         block = self.simulated("block")
         for name in ("observations", "points", "trajectories"):
             file = block / f"{name}.csv"
@@ -164,12 +164,13 @@ class ProcessesTest(unittest.TestCase):
     def test_a_limit_on_files_is_a_write_that_fails(self):
         block = self.simulated("block", points=400)
         (self.folder / "out").mkdir()
-        for name in ("result", "result.h5"):
+        for name, part in (("result", "points.csv"), ("result.h5", "result.h5")):
             ended = limited(resource.RLIMIT_FSIZE, 60 * KIB, "adjust", block, "-o", self.folder / "out" / name, "-q")
             if ended is None:
                 self.skipTest("the program does not start under the limit")
             self.assertEqual(ended.returncode, 3, ended.stderr)
             self.assertIn("File too large", ended.stderr)
+            self.assertIn(part, ended.stderr)
         self.assertEqual(os.listdir(self.folder / "out"), [])
 
     def test_a_full_disk_never_ends_in_a_crash_of_libhdf5(self):
@@ -198,7 +199,7 @@ class ProcessesTest(unittest.TestCase):
             self.skipTest("the program does not start under any limit")
         self.assertEqual(codes, {0, 3})
 
-    def test_control_under_another_name_is_told_and_not_accepted(self):
+    def test_control_under_another_name_is_named_and_not_accepted(self):
         block = self.simulated("block")
         points = (block / "points.csv").read_text()
         control = [row["point"] for row in table(block / "points.csv") if row["role"] == "control"]
@@ -221,8 +222,8 @@ class ProcessesTest(unittest.TestCase):
         for name in control:
             points = points.replace(f"\n{name},", f"\n#{name},")
         (block / "points.csv").write_text(points)
-        told = " ".join(run("check", block).stdout.split())
-        self.assertIn(f"{len(control)} lines that begin with # have as many cells as the header", told)
+        said = " ".join(run("check", block).stdout.split())
+        self.assertIn(f"{len(control)} lines that begin with # have as many cells as the header", said)
 
     def test_rejected_looks_do_not_act(self):
         block, deleted = self.simulated("block"), self.folder / "deleted"
@@ -276,7 +277,7 @@ class ProcessesTest(unittest.TestCase):
         (self.folder / "back/points.csv").unlink()
         self.assertIn("(points.csv)", run("convert", block, self.folder / "back", "-q", code=3).stderr)
 
-    def test_what_cannot_be_written_is_told_before_the_work(self):
+    def test_what_cannot_be_written_is_reported_before_the_work(self):
         block = self.simulated("block")
         with open(block / "observations.csv", "a", encoding="utf-8") as stream:
             stream.write("no,such,1,pass\n")

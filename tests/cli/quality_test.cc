@@ -77,6 +77,7 @@ TEST_F(QualityCommandTest, TheLooksOfACopiedPassCountOnce) {
   }
   const test::ProgramRun run = Run("adjust", block, "twice");
   EXPECT_EQ(run.exit_code, 0);
+  // 60 tie, 4 control and 40 check points.
   EXPECT_THAT(run.err, HasSubstr("pass COPY: 104 of its 104 looks equal those of pass A1"));
   const json once = json::parse(Content(folder_ / "once/summary.json"));
   const json twice = json::parse(Content(folder_ / "twice/summary.json"));
