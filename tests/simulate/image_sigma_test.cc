@@ -39,14 +39,16 @@ TEST(ImageSigmaTest, OfAReflectorIsTheBoundOfItsPeak) {
 }
 
 // Hand arithmetic: a window of 30 m at 30 degrees has 900 * 0.5 / 3 = 150 cells; correlation 0.8
-// and no noise to speak of: sqrt(1.5 / 150) * 0.6 / (pi 0.8) = 0.023873, of which a look has
+// and no noise to speak of: sqrt(1.5 / 150) * 0.6 / (pi 0.8), of which a look has
 // 1/sqrt(2).
 TEST(ImageSigmaTest, OfMatchedGroundIsThatOfItsCellsAndCorrelation) {
   SceneImage image = ImageOf(90.0);
   image.window_m = 30.0;
   image.correlation = 0.8;
   const ImageSigma sigma = SigmaOfMatch(image, ViewAt(30.0), ViewAt(30.0));
-  EXPECT_NEAR(sigma.range_m, 0.0238732 / std::sqrt(2.0), 1e-6);
+  EXPECT_NEAR(sigma.range_m,
+              std::sqrt(1.5 / 150.0) * 0.6 / (std::numbers::pi * 0.8) / std::sqrt(2.0),
+              1e-6);
   EXPECT_NEAR(sigma.azimuth_m, 3.0 * sigma.range_m, 1e-12);
 }
 
@@ -106,7 +108,7 @@ TEST(ImageSigmaTest, AViewIsThatOfTheGroundAndTheAntenna) {
   const double slope = std::tan(20.0 * kRad);
   const ImageView view =
       ViewOf(frame, {1.0, 2.0, 3.0}, {-slope, 0.0, 1.0}, {1.0 - 3.0, 2.0, 3.0 + 4.0});
-  EXPECT_NEAR(view.local_incidence_rad / kRad, 16.8699, 1e-4);
+  EXPECT_NEAR(view.local_incidence_rad / kRad, std::atan2(3.0, 4.0) / kRad - 20.0, 1e-9);
   EXPECT_NEAR(view.parallax.x(), 4.0 / 3.0, 1e-12);
   EXPECT_NEAR(view.parallax.y(), 0.0, 1e-12);
 }
