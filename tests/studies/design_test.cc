@@ -116,9 +116,8 @@ TEST(DesignTest, ParetoAndGoalsFollowTheNumbers) {
   std::vector<StudyRow> rows;
   const struct {
     double cost, up_m;
-    int determined;
-  } cases[] = {{100.0, 20.1, 1}, {200.0, 18.5, 1}, {200.0, 18.5, 1}, {250.0, 19.0, 1}};
-  for (const auto& [cost, up_m, determined] : cases) {
+  } cases[] = {{100.0, 20.1}, {200.0, 18.5}, {200.0, 18.5}, {250.0, 19.0}};
+  for (const auto& [cost, up_m] : cases) {
     StudyRowMaker row(DesignColumns());
     row.Set("cost", cost).Set("max_sigma_up_m", up_m).Count("determined", 1);
     row.Count("reached", up_m <= 20.0 ? 1 : 0);

@@ -49,7 +49,7 @@ std::vector<TradeoffRow> RecordedForAuto() {
   return rows;
 }
 
-TEST(RecordedTradeoffTest, AutoStandsForChoicesThatNothingBeats) {
+TEST(RecordedTradeoffTest, AutoTakesChoicesThatNothingBeats) {
   const std::vector<TradeoffRow> rows = RecordedForAuto();
   ASSERT_GE(SizesOf(rows).size(), 3U);
   for (const std::size_t points : SizesOf(rows)) {

@@ -35,7 +35,7 @@ class StudyRowsTest : public test::FolderTest {
   }
 };
 
-TEST_F(StudyRowsTest, TellsRowsInTheOrderOfTheStudyAsSoonAsItCan) {
+TEST_F(StudyRowsTest, ListsRowsInTheOrderOfTheStudyAsSoonAsItCan) {
   StudyRows rows(folder_, Identity(), StudyStart::kResume);
   EXPECT_EQ(Table(), "n,square,name\n");
   rows.Keep(1, {Row(1, 1.5, "one, and a half")});
@@ -47,7 +47,7 @@ TEST_F(StudyRowsTest, TellsRowsInTheOrderOfTheStudyAsSoonAsItCan) {
   EXPECT_THAT(Table(), HasSubstr("half\"\n,,\n"));
 }
 
-TEST_F(StudyRowsTest, TheStudyStandsBesideItsRows) {
+TEST_F(StudyRowsTest, TheStudyIsWrittenBesideItsRows) {
   const StudyRows rows(folder_, Identity("name = 'squares'"), StudyStart::kResume);
   EXPECT_EQ(Content(folder_ / "squares.study.toml"),
             "# written by sarblock: the study of squares.csv\nname = 'squares'");

@@ -65,7 +65,7 @@ StudyPlan Squares(std::size_t tasks, std::atomic<int>* computed) {
   return plan;
 }
 
-TEST(StudyTableTest, RowsStandInTheOrderOfTheTasksWithAnyNumberOfThreads) {
+TEST(StudyTableTest, RowsAreInTheOrderOfTheTasksWithAnyNumberOfThreads) {
   std::atomic<int> computed{0};
   const StudyPlan plan = Squares(30, &computed);
   const ThreadLimit one(1);
