@@ -70,7 +70,7 @@ TEST(SortLooksByPointTest, OrdersByPointAndThenByPass) {  // hand arithmetic
   EXPECT_TRUE(looks.cone.empty());  // a column that no look uses stays empty
 }
 
-TEST(SortLooksByPointTest, MovesNothingThatStandsInOrder) {  // hand arithmetic
+TEST(SortLooksByPointTest, MovesNothingThatIsInOrder) {  // hand arithmetic
   Looks looks = ShuffledLooks();
   static_cast<void>(SortLooksByPoint(kPointOfLook, 3, &looks));
   const Looks sorted = looks;
@@ -171,7 +171,7 @@ TEST(SetStripSpansTest, SpansTheLooksThatTakePart) {  // hand arithmetic
   EXPECT_EQ(block.passes[1].end_s, 21.75);
 }
 
-TEST(SetStripSpansTest, SpansManyLooksWhereverTheFirstAndTheLastStand) {  // closed form
+TEST(SetStripSpansTest, SpansManyLooksWhereverTheFirstAndTheLastAre) {  // closed form
   Block block = ThreePasses();
   constexpr std::size_t kLooks = 100003;
   block.looks = {};

@@ -49,7 +49,7 @@ Block InNoOrder() {
   return BlockOf(601, 6000, [](std::uint32_t point) { return point * 7 % 600; });
 }
 
-TEST(OrderByPassesTest, PutsPointsOfTheSamePassesTogetherAsTheyStand) {  // hand arithmetic
+TEST(OrderByPassesTest, PutsPointsOfTheSamePassesTogetherInTheirOrder) {  // hand arithmetic
   const Block block = InNoOrder();
   const PointOrder order = OrderByPasses(block);
   ASSERT_EQ(order.size(), block.points.size());

@@ -33,7 +33,7 @@ TEST(ZenithDelay, FallsToNothingWithoutAStep) {
   const double below_m = ZenithDelay_m(6000.0) - ZenithDelay_m(5999.0);
   const double beyond_m = ZenithDelay_m(6001.0) - ZenithDelay_m(6000.0);
   EXPECT_NEAR(below_m, beyond_m, 1e-7);
-  // A point led astray while it is solved must not have kilometres of delay.
+  // A point that diverges while it is solved must not have kilometres of delay.
   EXPECT_EQ(ZenithDelay_m(-1e6), ZenithDelay_m(-1000.0));
 }
 

@@ -79,7 +79,7 @@ TEST(CsvReaderTest, ReadsWhatRealFilesHold) {  // mark, CRLF, comments, blanks, 
   EXPECT_TRUE(std::isnan(rows[1].x_m));
 }
 
-TEST(CsvReaderTest, TellsEmptyCellsFromGivenOnes) {
+TEST(CsvReaderTest, DistinguishesEmptyCellsFromGivenOnes) {
   std::string given;
   ForRows(ReadCsvText("t.csv", "point,x_m,flag,n\nA,,1,\nB,0,,7\n", kColumns).get(),
           [&](const Row& row) {

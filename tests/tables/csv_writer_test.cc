@@ -209,7 +209,7 @@ TEST_F(AtomicFileTest, NamesAFolderThatIsNotThere) {
               HasSubstr("no/a.txt: cannot be written: No such file or directory"));
 }
 
-TEST_F(AtomicFileTest, MakesFoldersAndNamesWhatStandsInTheWay) {
+TEST_F(AtomicFileTest, MakesFoldersAndNamesWhatIsInTheWay) {
   MakeFolder(folder_ / "b" / "c");
   MakeFolder(folder_ / "b" / "c");
   EXPECT_TRUE(std::filesystem::is_directory(folder_ / "b" / "c"));
