@@ -23,7 +23,7 @@ std::string Words(const Headline& headline) {
   return text;
 }
 
-TEST(AccuracyTest, TellsMediansTheWeakestPointAndWhatLimitsIt) {  // hand values of MadeResult
+TEST(AccuracyTest, GivesMediansTheWeakestPointAndWhatLimitsIt) {  // hand values of MadeResult
   const AccuracyFigures a = DescribeAccuracy(test::MadeResult());
   EXPECT_EQ(a.points, 100u);
   EXPECT_EQ(a.median_m[0], 1.0);
@@ -155,7 +155,7 @@ TEST(MapPlaneTest, PlacesGeocentricPointsEastAndNorthOfTheirMiddle) {
   EXPECT_NEAR(west[0], -1000.0 * std::sin(0.01), 1e-9);
   EXPECT_NEAR(east[0], 1000.0 * std::sin(0.01), 1e-9);
   EXPECT_NEAR(east[1], 0.0, 1e-9);
-  EXPECT_EQ(plane.middle(), "0.0000, 22.9183");
+  EXPECT_EQ(plane.middle(), "0.0000, 22.9183");  // 0.4 rad
 }
 
 }  // namespace

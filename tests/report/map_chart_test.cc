@@ -51,7 +51,7 @@ TEST(BlockMapTest, ColoursRunFromThe2ndToThe98thPercentileOfPointsThatAreNotCont
   EXPECT_THAT(map.chart.graticule, IsEmpty());   // a local frame
 }
 
-TEST(BlockMapTest, PointsThatAreAllHeldHaveNoEllipses) {
+TEST(BlockMapTest, PointsThatAreAllFixedHaveNoEllipses) {
   std::vector<test::MadePoint> points;
   for (int i = 0; i < 5; ++i) {
     points.push_back({.id = "H" + std::to_string(i),
@@ -158,7 +158,7 @@ ResultFolder Squinted() {
   return Arrange("made", std::move(file));
 }
 
-TEST(StripResidualsTest, StandAtTheTimeAtWhichTheSwathPassesOverThePoint) {
+TEST(StripResidualsTest, AreAtTheTimeAtWhichTheSwathPassesOverThePoint) {
   const ResultFolder result = Squinted();
   const std::vector<StripResiduals> strips = ResidualsAlongStrips(result);
   ASSERT_THAT(strips, SizeIs(1));

@@ -38,7 +38,7 @@ TEST(CountInBinsTest, PutsWhatLiesOutsideIntoTheOutermostBinsAndSaysHowMany) {
   EXPECT_EQ(h.total(), 7u);
 }
 
-TEST(NormalQuantilePlotTest, TakesTheMiddleOfEachRank) {  // hand: 1/6, 1/2, 5/6
+TEST(NormalQuantilePlotTest, TakesTheMiddleOfEachRank) {  // tables: of 1/6, 1/2, 5/6
   const std::vector<float> values{2.5F, -1.0F, kFloatNaN, 0.25F};
   const std::vector<QuantilePoint> plot = NormalQuantilePlot(values, 10);
   ASSERT_EQ(plot.size(), 3u);

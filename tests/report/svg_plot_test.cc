@@ -160,7 +160,7 @@ TEST(HeatMapTest, ColoursFollowTheLogarithmAndCellsTheirLabels) {
 }
 
 // Hand arithmetic: a plot is 420 high; each column is as wide as its widest picture.
-TEST(PlotPanelTest, StandSideBySideInRows) {
+TEST(PlotPanelTest, AreSideBySideInRows) {
   Plot plot = OneSeries({{0.0, 1.0}, {1.0, 2.0}}, PlotMark::kLine);
   HeatMap map;
   map.rows = map.columns = {"a"};
