@@ -240,21 +240,21 @@ class ModelStates(MeasuredImages):
         expected = congruence(gain, own)
         self.assert_matrix(self.covariance_of(states["one"]), expected, 1e-8)
         # What is left is the drift about the mean, largest at the ends of the image.
-        told = [float(text.split("up to ")[1].split()[0]) for text in report["not_carried"]
-                if text.startswith("one: m_covariance holds")]
+        reported = [float(text.split("up to ")[1].split()[0]) for text in report["not_carried"]
+                    if text.startswith("one: m_covariance holds")]
         drift = math.sqrt(sum(own[2 * axis + 1][2 * axis + 1] for axis in range(3)))
-        self.assertAlmostEqual(told[0], drift * 0.5 * LINES * LINE / half, delta=6e-3 * told[0])
+        self.assertAlmostEqual(reported[0], drift * 0.5 * LINES * LINE / half, delta=6e-3 * reported[0])
 
-    def test_what_a_state_cannot_hold_is_told_with_its_size(self):
+    def test_what_a_state_cannot_hold_is_reported_with_its_size(self):
         result = self.adjust(self.nominal, "uncarried", *self.FULL[:3], "correction.squint.bias_sigma_deg=0.01",
                              "correction.troposphere.zenith_sigma_m=2", "correction.range.bias_sigma_m=20")
         states, report = self.export(result, "uncarried-states", self.isds)
         values = self.parameters(result, "one")
-        told = {text.split(":")[1].strip(): float(text.split(":")[2].split()[0])
-                for text in report["not_carried"] if text.startswith("one: ") and text.count(":") == 2}
-        self.assertAlmostEqual(told["squint.bias"] / (8e4 * values["squint.bias"]), 1.0, delta=0.06)
+        reported = {text.split(":")[1].strip(): float(text.split(":")[2].split()[0])
+                    for text in report["not_carried"] if text.startswith("one: ") and text.count(":") == 2}
+        self.assertAlmostEqual(reported["squint.bias"] / (8e4 * values["squint.bias"]), 1.0, delta=0.06)
         # At 45 degrees incidence, or so.
-        self.assertAlmostEqual(told["troposphere.zenith"] / (1.45 * values["troposphere.zenith"]), 1.0, delta=0.1)
+        self.assertAlmostEqual(reported["troposphere.zenith"] / (1.45 * values["troposphere.zenith"]), 1.0, delta=0.1)
 
     def test_what_is_no_image_of_the_pass_is_refused(self):
         result = self.adjust(self.nominal, "guard", *self.FULL[:3])

@@ -15,13 +15,16 @@ import shutil
 import sqlite3
 import struct
 import subprocess
+import sys
 import tempfile
 import unittest
 import xml.etree.ElementTree as ElementTree
 
 import check_sinex
 
-PROGRAM = os.environ["SARBLOCK_PROGRAM"]
+sys.path.insert(0, str(pathlib.Path(__file__).parent.parent / "cli"))
+from program import PROGRAM, run, table  # noqa: E402
+
 DATASETS = pathlib.Path(os.environ["SARBLOCK_DATASETS"])
 SENTINEL1 = pathlib.Path(os.environ["SARBLOCK_SHARED_DATA"]) / "sentinel1"
 A_M, F = 6378137.0, 1.0 / 298.257223563  # WGS84
@@ -36,16 +39,10 @@ range_spacing_m = 2.5
 """
 
 
-def run(*arguments, code=0):
-    done = subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True, check=False)
-    assert done.returncode == code, f"{arguments}: exit {done.returncode}\n{done.stderr}"
-    return done
-
-
-def table(path, skip=0):
+def below(path, skip):
+    """Rows of a table below so many rows of headings."""
     with open(path, encoding="utf-8", newline="") as stream:
-        rows = list(csv.reader(stream))
-    return [dict(zip(rows[0], row)) for row in rows[1:]] if skip == 0 else rows[skip:]
+        return list(csv.reader(stream))[skip:]
 
 
 def number(cell):
@@ -115,21 +112,21 @@ class Exports(unittest.TestCase):
         done = run("export", result or self.earth, "--format", form, "-o", out, *options, code=code)
         return done.stderr if code else out
 
-    def test_every_format_tells_what_it_leaves_out(self):
-        told = {}
+    def test_every_format_reports_what_it_leaves_out(self):
+        reported = {}
         for form in ("geojson", "kml", "gpkg", "isis", "sinex"):
-            done = run("export", self.earth, "--format", form, "-o", self.folder / f"told-{form}", "--json")
-            told[form] = json.loads(done.stdout)["not_carried"]
+            done = run("export", self.earth, "--format", form, "-o", self.folder / f"left-{form}", "--json")
+            reported[form] = json.loads(done.stdout)["not_carried"]
             self.assertIn("  not carried: ", run("export", self.earth, "--format", form, "-o",
-                                                 self.folder / f"told-{form}").stdout)
+                                                 self.folder / f"left-{form}").stdout)
         for form in ("geojson", "kml", "gpkg"):
-            self.assertEqual(told[form], ["residuals, parameters of passes, covariances of different points"])
-        self.assertIn("flight paths", told["isis"][0])
-        self.assertIn("antisymmetric", told["sinex"][1])
+            self.assertEqual(reported[form], ["residuals, parameters of passes, covariances of different points"])
+        self.assertIn("flight paths", reported["isis"][0])
+        self.assertIn("antisymmetric", reported["sinex"][1])
         # Of paths alone: a range bias with its size.
         biased = self.folder / "biased"
         run("adjust", self.folder / "block", "-o", biased, "--set", "correction.range.bias_sigma_m=2")
-        done = run("export", biased, "--format", "eof", "--mission", "Sentinel-1A", "-o", self.folder / "told-eof", "--json")
+        done = run("export", biased, "--format", "eof", "--mission", "Sentinel-1A", "-o", self.folder / "left-eof", "--json")
         bias = next(row for row in table(biased / "passes.csv") if row["parameter"] == "range.bias")
         line = next(text for text in json.loads(done.stdout)["not_carried"] if text.startswith(bias["pass"]))
         self.assertAlmostEqual(float(line.split()[2]), float(bias["value"]), delta=1e-5)
@@ -342,7 +339,7 @@ class Exports(unittest.TestCase):
 
     def test_isis_residuals_are_measured_minus_computed_from_pixel_one(self):
         out = self.export("isis", "isis2")
-        rows = table(out / "residuals.csv", skip=3)
+        rows = below(out / "residuals.csv", 3)
         own = table(self.earth / "residuals.csv")
         squares = {}
         self.assertEqual(len(rows), len(own))
@@ -358,7 +355,7 @@ class Exports(unittest.TestCase):
             self.assertAlmostEqual(float(isis[7]), -number(row["range_residual_m"]) / 2.5,
                                    delta=1e-12)
             squares.setdefault(row["point"], []).append(float(isis[9]) ** 2)
-        for isis in table(out / "bundleout_points.csv", skip=3):
+        for isis in below(out / "bundleout_points.csv", 3):
             mean = sum(squares[isis[0]]) / len(squares[isis[0]])
             self.assertAlmostEqual(float(isis[4]), math.sqrt(mean), delta=1e-12)
 
@@ -548,12 +545,12 @@ class Exports(unittest.TestCase):
                 text = (bad / file).read_text(encoding="utf-8")
                 self.assertIn(old, text)
                 (bad / file).write_text(text.replace(old, new), encoding="utf-8")
-                told = {run("export", bad, "--format", "kml", code=3).stderr,
-                        run("report", bad, code=3).stderr,
-                        run("report", self.earth, bad, "-o", self.folder / "c.html", code=3).stderr,
-                        run("report", bad, self.earth, "-o", self.folder / "c.html", code=3).stderr}
-                self.assertEqual(len(told), 1, told)
-                self.assertIn(message, told.pop())
+                reported = {run("export", bad, "--format", "kml", code=3).stderr,
+                            run("report", bad, code=3).stderr,
+                            run("report", self.earth, bad, "-o", self.folder / "c.html", code=3).stderr,
+                            run("report", bad, self.earth, "-o", self.folder / "c.html", code=3).stderr}
+                self.assertEqual(len(reported), 1, reported)
+                self.assertIn(message, reported.pop())
 
     def test_wrong_use_has_its_exit_codes(self):
         run("export", self.earth, code=2)

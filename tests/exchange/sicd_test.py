@@ -226,23 +226,23 @@ class Offsets(MeasuredImages):
             self.assertAlmostEqual(azimuth, math.sqrt(plane[1][1]), 7)
             self.assertAlmostEqual(correlation, plane[0][1] / (range_ * azimuth), 6)
 
-    def test_time_biases_and_track_axes_go_into_offset_and_drift_and_the_rest_is_told(self):
+    def test_time_biases_and_track_axes_go_into_offset_and_drift_and_the_rest_is_reported(self):
         result = self.adjust(self.make_block("track", self.files, *self.SIGMAS), "track-result", "correction.position.degree=1",
                              "correction.position.sigma_m=[[20,0.5],[20,0.5],[20,0.5]]",
                              "correction.time.bias_sigma_s=0.001", "correction.range.bias_sigma_m=10")
         images, report = self.export(result, "track-out", self.files)
         held = self.hold(result, images, *self.SIGMAS)
         # Axes that turn make of an offset a velocity that is not constant: 80 s of it count along the track.
-        told = {text[:3]: float(re.search(r"up to (\S+) m", text).group(1)) for text in report["not_carried"]
-                if "of the path from an offset and a drift" in text}
+        reported = {text[:3]: float(re.search(r"up to (\S+) m", text).group(1)) for text in report["not_carried"]
+                    if "of the path from an offset and a drift" in text}
         rows = [self.rows_of(folder) for folder in (result, held)]
         for name in IMAGES:
             apart = [max(abs(float(rows[0][key][axis]) - float(rows[1][key][axis])) for key in rows[0] if key[1] == name)
                      for axis in ("range_residual_m", "azimuth_residual_m")]
             self.assertLess(apart[0], 1e-4)
-            self.assertLess(apart[1], told[name])
-            self.assertGreater(apart[1], 0.2 * told[name])
-            self.assertLess(told[name], 0.05)
+            self.assertLess(apart[1], reported[name])
+            self.assertGreater(apart[1], 0.2 * reported[name])
+            self.assertLess(reported[name], 0.05)
 
     def test_offsets_of_the_file_are_replaced_by_their_sum_with_the_result(self):
         result = self.adjust(self.make_block("first", self.files, *self.SIGMAS), "first-result", *DRIFT)
@@ -305,7 +305,7 @@ class Offsets(MeasuredImages):
                       self.export(result, "old-out", {"one": old}, code=3))
         self.assertIn("is not the image of pass 'one'", self.export(result, "old-out", {"one": self.files["two"]}, code=3))
 
-    def test_looks_that_the_aperture_sees_otherwise_are_told_with_the_size(self):
+    def test_looks_that_the_aperture_sees_otherwise_are_reported_with_the_size(self):
         """The aperture's centre half a second after closest approach: a drift moves it on by as much."""
         late = {}
         for name, image in IMAGES.items():
@@ -314,14 +314,14 @@ class Offsets(MeasuredImages):
             late[name].write_text(text, encoding="utf-8")
         result = self.adjust(self.make_block("late", late, *self.SIGMAS), "late-result", *DRIFT)
         images, report = self.export(result, "late-out", late)
-        told = {name: [float(re.search(pattern, text).group(1)) for text in report["not_carried"]
-                       if text.startswith(name) for pattern in (r"up to (\S+) m in range", r"and (\S+) m along")]
-                for name in IMAGES}
+        reported = {name: [float(re.search(pattern, text).group(1)) for text in report["not_carried"]
+                           if text.startswith(name) for pattern in (r"up to (\S+) m in range", r"and (\S+) m along")]
+                    for name in IMAGES}
         for name, image in IMAGES.items():
             s, v = image.motion(CLOSEST[0])
             drift = offsets_of(images[name])["velocity"]
             # Half a second of v'v/R is the range rate there: twice the drift along the track is missing.
-            self.assertAlmostEqual(told[name][1], abs(2 * 0.5 * dot(drift, unit(v))), delta=0.1 * told[name][1] + 5e-3)
+            self.assertAlmostEqual(reported[name][1], abs(2 * 0.5 * dot(drift, unit(v))), delta=0.1 * reported[name][1] + 5e-3)
 
 
 class RealFiles(MeasuredImages):
