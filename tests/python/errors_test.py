@@ -75,9 +75,7 @@ def test_a_value_is_refused_in_the_words_of_a_file(tmp_path):
     negative_range(tmp_path)
     theirs = run("check", tmp_path / "block", code=3)
     ours = refusal(observations__range_m=[12000.0, -5.0])
-    assert ours == "observations.range_m[1]: must be a number above 0, got -5" or theirs.endswith(
-        ours.split(": ", 1)[1]
-    )
+    assert ours == "observations.range_m[1]: must be a number above 0, got -5"
     assert theirs.split("range_m: ", 1)[1] == ours.split(": ", 1)[1]
 
 

@@ -89,11 +89,11 @@ def test_another_thread_counts_while_adjust_runs(block):
     assert gaps.max() < 0.5 * (end - begin)
 
 
-def test_progress_is_told_to_a_callable(block):
-    told = []
-    sarblock.adjust(block, progress=lambda *news: told.append(news), covariance="montecarlo", montecarlo_runs=300)
-    assert told
-    for stage, done, total, detail in told:
+def test_progress_is_reported_to_a_callable(block):
+    reported = []
+    sarblock.adjust(block, progress=lambda *news: reported.append(news), covariance="montecarlo", montecarlo_runs=300)
+    assert reported
+    for stage, done, total, detail in reported:
         assert isinstance(stage, str) and isinstance(detail, str)
         assert total == 0 or 0 <= done <= total
 
