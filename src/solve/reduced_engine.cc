@@ -79,14 +79,14 @@ constexpr double kMinGain = 0.1;
 constexpr double kKept = 0.75;
 /// Newton decrement, in sigmas over all unknowns, from which on second derivatives are taken into
 /// account where steps creep: farther off they often leave no minimum.
-constexpr double kCurved = 1.0;
+constexpr double kCurved = 3.0;
 /// Most that a step may bend (BendOfStep), as a part of its length: with more it is longer than
 /// its second order holds (Transtrum and Sethna 2012 ask for 0.375). Below the second part it is
 /// straight again.
 constexpr double kMaxBend = 0.5;
 constexpr double kStraight = 0.01;
 /// A step that leaves more than this part of the one before shows a direction that creeps.
-constexpr double kSlow = 0.3;
+constexpr double kSlow = 0.15;
 /// Shorter steps are too near rounding to say whether they creep.
 constexpr double kMinLearned = 1e-5;
 /// Own steps of points that are left to the step of all unknowns, as a part of that step's share of
