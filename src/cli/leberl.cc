@@ -14,6 +14,7 @@
 #include <optional>
 #include <string_view>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "leberl/rigorous.h"
@@ -380,12 +381,17 @@ Json ToJson(const PointError& error) {
   return {{"dx_m", error.dx_m}, {"dy_m", error.dy_m}, {"dz_m", error.dz_m}};
 }
 
-void CheckFinite(const StationErrors& errors, const char* station) {
-  const std::array values = {
-      errors.dx0_m, errors.dy0_m, errors.dz0_m, errors.dr_m, errors.dydot0, errors.dzdot0};
-  for (const double value : values) {
+void CheckFinite(const StationErrors& errors, int station) {
+  const std::array<std::pair<const char*, double>, 6> values = {{{"dx0", errors.dx0_m},
+                                                                 {"dy0", errors.dy0_m},
+                                                                 {"dz0", errors.dz0_m},
+                                                                 {"dr", errors.dr_m},
+                                                                 {"dydot", errors.dydot0},
+                                                                 {"dzdot", errors.dzdot0}}};
+  for (const auto& [name, value] : values) {
     if (!std::isfinite(value)) {
-      throw InputError(fmt::format("errors of station {}", station), "a finite number is allowed");
+      throw InputError(fmt::format("--{}-{}", name, station),
+                       fmt::format("{} is given, a finite number is allowed", value));
     }
   }
 }
@@ -393,8 +399,8 @@ void CheckFinite(const StationErrors& errors, const char* station) {
 int PrintErrors(const ErrorsInput& input, const Session& session) {
   const leberl::StereoConfiguration& c = input.configuration;
   Validate(c);
-  CheckFinite(input.errors.first, "'");
-  CheckFinite(input.errors.second, "''");
+  CheckFinite(input.errors.first, 1);
+  CheckFinite(input.errors.second, 2);
   const PointError formula = PointErrors(c, input.errors, Signs::kPrinted);
   const PointError derived = PointErrors(c, input.errors, Signs::kDerived);
   const PointError derivative = StereoErrorDerivative(c, input.errors);
@@ -405,7 +411,8 @@ int PrintErrors(const ErrorsInput& input, const Session& session) {
   std::optional<leberl::RangeNoise> noise, rigorous_noise;
   if (input.range_sigma_m) {
     if (!(std::isfinite(*input.range_sigma_m) && *input.range_sigma_m > 0.0)) {
-      throw InputError("sigma_range_m", "> 0 is allowed");
+      throw InputError("--sigma-range-m",
+                       fmt::format("{} is given, > 0 is allowed", *input.range_sigma_m));
     }
     noise = leberl::NoiseOfRange(c, *input.range_sigma_m);
     rigorous_noise = StereoRangeNoise(c, *input.range_sigma_m);

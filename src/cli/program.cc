@@ -43,6 +43,17 @@ std::vector<std::string> OptionNames(const CLI::App* app) {
   return names;
 }
 
+/// The option of the command that was chosen by which a field of the library is given: --base-m of
+/// "base_m". Empty where there is none.
+std::string OptionOf(const CLI::App& app, const std::string& field) {
+  const CLI::App* command = &app;
+  while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
+  std::string option = "--" + field;
+  std::replace(option.begin(), option.end(), '_', '-');
+  const std::vector<std::string> known = OptionNames(command);
+  return std::find(known.begin(), known.end(), option) != known.end() ? option : "";
+}
+
 void AddFooterTo(CLI::App* command, const std::string& path) {
   const auto below = command->get_subcommands([](const CLI::App*) { return true; });
   for (CLI::App* one : command->get_subcommands([](CLI::App*) { return true; })) {
@@ -207,7 +218,13 @@ Ending ParseAndRun(const Program& program, int argc, char** argv, Session* sessi
   MakeProgress(session);
   const CancellationScope cancellation(session->progress.get());
   const ThreadLimit limit(session->Threads());
-  return {session->run(), {}};
+  try {
+    return {session->run(), {}};
+  } catch (const InputError& error) {
+    const std::string option = error.place().file.empty() ? OptionOf(app, error.place().field) : "";
+    if (option.empty()) throw;
+    throw InputError(option, error.problem());
+  }
 }
 
 }  // namespace

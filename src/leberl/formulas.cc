@@ -6,27 +6,30 @@
 #include <cmath>
 #include <string>
 
+#include "core/text.h"
+
 namespace sarblock::leberl {
 
 void Validate(const StereoConfiguration& c) {
   if (!std::isfinite(c.base_m) || c.base_m == 0.0) {
-    throw InputError("base_m", std::to_string(c.base_m) + " is no stereo base, not 0 is allowed");
+    throw InputError("base_m",
+                     NumberText(c.base_m) + " is given, a finite number but 0 is allowed");
   }
   if (!(std::isfinite(c.height_m) && c.height_m > 0.0)) {
-    throw InputError("height_m", std::to_string(c.height_m) + " is given, > 0 is allowed");
+    throw InputError("height_m", NumberText(c.height_m) + " is given, > 0 is allowed");
   }
   const double sides = c.ground_range_m * (c.ground_range_m - c.base_m);
   if (c.arrangement == Arrangement::kSameSide && !(std::isfinite(sides) && sides > 0.0)) {
-    throw InputError("ground_range_m",
-                     std::to_string(c.ground_range_m) +
-                         " is not on one side of both stations (0 and base_m); between them lies "
-                         "the opposite-side arrangement");
+    throw InputError(
+        "ground_range_m",
+        NumberText(c.ground_range_m) + " is not on one side of both stations (0 and the base " +
+            NumberText(c.base_m) + "); between them lies the opposite-side arrangement");
   }
   if (c.arrangement == Arrangement::kOppositeSide && !(sides < 0.0)) {
     throw InputError("ground_range_m",
-                     std::to_string(c.ground_range_m) +
-                         " does not lie between the stations (0 and base_m), as opposite-side "
-                         "stereo needs");
+                     NumberText(c.ground_range_m) +
+                         " does not lie between the stations (0 and the base " +
+                         NumberText(c.base_m) + "), as opposite-side stereo needs");
   }
 }
 
@@ -140,7 +143,7 @@ const double kHalfConvergence_rad = std::atan(0.5 / kViewingRatio);
 void Validate(const StereoViewing& viewing) {
   const auto require = [](const char* name, double value, bool allowed, const char* bound) {
     if (!(std::isfinite(value) && allowed)) {
-      throw InputError(name, std::to_string(value) + " is given, " + bound + " is allowed");
+      throw InputError(name, NumberText(value) + " is given, " + bound + " is allowed");
     }
   };
   require("scale", viewing.scale, viewing.scale > 0.0, "> 0");

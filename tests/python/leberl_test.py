@@ -77,7 +77,7 @@ def test_the_parts_of_the_differences_are_equations_18_to_24():
 
 
 def test_what_cannot_be_is_refused():
-    with pytest.raises(sarblock.InputError, match="base_m: 0.000000 is no stereo base"):
+    with pytest.raises(sarblock.InputError, match="base_m: 0 is given, a finite number but 0 is allowed"):
         leberl.exaggeration([7000.0, 0.0], HEIGHT_M, GROUND_M)
     with pytest.raises(sarblock.InputError, match="a finite number is allowed"):
         leberl.exaggeration(BASE_M, np.nan, GROUND_M)
