@@ -43,8 +43,8 @@ std::vector<std::string> OptionNames(const CLI::App* app) {
   return names;
 }
 
-/// The option of the command that was chosen by which a field of the library is given: --base-m of
-/// "base_m". Empty where there is none.
+/// The option of the chosen command that gives a field of the library its value: --base-m gives
+/// "base_m". Empty if there is none.
 std::string OptionOf(const CLI::App& app, const std::string& field) {
   const CLI::App* command = &app;
   while (!command->get_subcommands().empty()) command = command->get_subcommands().front();

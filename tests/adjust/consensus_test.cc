@@ -106,7 +106,7 @@ TEST(ConsensusTest, BringsExchangedPointsAndDisplacedPathsHome) {
     if (!IsSolved(result.points.status[point])) {
       lost += touched[point] == 0 ? 1U : 0U;
     } else {
-      // Of 300 points one is beyond 6 (chi-square of three degrees above 36) by a chance of 2e-5.
+      // The chance that any of 300 points is beyond 6 (chi-square above 36) is 2e-5.
       EXPECT_LT(test::DistanceInSigmas(made.block.frame,
                                        result.points.position_m[point],
                                        made.truth.points_m[point],

@@ -313,7 +313,7 @@ TEST_F(ParallelReadingTest, PointsAreReadInTheirOrderByEveryThreadCount) {
       EXPECT_EQ(points.known[3].point, 3007U);
       EXPECT_EQ(points.known[3].covariance_enu_m2(1, 1), 0.0625);
       ASSERT_FALSE(read.warnings.empty());
-      // Of the 23 points 1, 2001 to 44001 eight, 2001 + 6000 k, are written without it.
+      // 23 tie points are named 1, 2001, ... 44001; eight, 2001, 8001, ..., give no sigma.
       EXPECT_THAT(read.warnings[0], HasSubstr("standard deviations of 15 tie points are ignored"));
     }
   }
