@@ -381,26 +381,9 @@ Json ToJson(const PointError& error) {
   return {{"dx_m", error.dx_m}, {"dy_m", error.dy_m}, {"dz_m", error.dz_m}};
 }
 
-void CheckFinite(const StationErrors& errors, int station) {
-  const std::array<std::pair<const char*, double>, 6> values = {{{"dx0", errors.dx0_m},
-                                                                 {"dy0", errors.dy0_m},
-                                                                 {"dz0", errors.dz0_m},
-                                                                 {"dr", errors.dr_m},
-                                                                 {"dydot", errors.dydot0},
-                                                                 {"dzdot", errors.dzdot0}}};
-  for (const auto& [name, value] : values) {
-    if (!std::isfinite(value)) {
-      throw InputError(fmt::format("--{}-{}", name, station),
-                       fmt::format("{} is given, a finite number is allowed", value));
-    }
-  }
-}
-
 int PrintErrors(const ErrorsInput& input, const Session& session) {
   const leberl::StereoConfiguration& c = input.configuration;
   Validate(c);
-  CheckFinite(input.errors.first, 1);
-  CheckFinite(input.errors.second, 2);
   const PointError formula = PointErrors(c, input.errors, Signs::kPrinted);
   const PointError derived = PointErrors(c, input.errors, Signs::kDerived);
   const PointError derivative = StereoErrorDerivative(c, input.errors);
@@ -410,7 +393,7 @@ int PrintErrors(const ErrorsInput& input, const Session& session) {
   }
   std::optional<leberl::RangeNoise> noise, rigorous_noise;
   if (input.range_sigma_m) {
-    if (!(std::isfinite(*input.range_sigma_m) && *input.range_sigma_m > 0.0)) {
+    if (!(*input.range_sigma_m > 0.0)) {
       throw InputError("--sigma-range-m",
                        fmt::format("{} is given, > 0 is allowed", *input.range_sigma_m));
     }

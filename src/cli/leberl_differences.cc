@@ -95,17 +95,6 @@ void CheckDifferences(const DifferencesInput& input) {
                                  input.difference.dz_m,
                                  c.height_m));
   }
-  const leberl::StationErrors& second = input.errors.second;
-  for (const auto& [option, value] : {std::pair{"--db", second.dy0_m},
-                                      std::pair{"--dh", second.dz0_m},
-                                      std::pair{"--dr-1", input.errors.first.dr_m},
-                                      std::pair{"--dr-2", second.dr_m},
-                                      std::pair{"--range-scale-1-ppm", input.first_scale_ppm},
-                                      std::pair{"--range-scale-2-ppm", input.second_scale_ppm}}) {
-    if (!std::isfinite(value)) {
-      throw InputError(option, fmt::format("{} is given, a finite number is allowed", value));
-    }
-  }
   if (input.far_ground_range_m) {
     CheckPoint(c, "--far-ground-range-m", *input.far_ground_range_m - c.ground_range_m);
     if (*input.far_ground_range_m == c.ground_range_m) {

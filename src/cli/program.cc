@@ -5,6 +5,8 @@
 #include "sarblock/core/id_table.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <exception>
 #include <functional>
 #include <map>
@@ -52,6 +54,22 @@ std::string OptionOf(const CLI::App& app, const std::string& field) {
   std::replace(option.begin(), option.end(), '_', '-');
   const std::vector<std::string> known = OptionNames(command);
   return std::find(known.begin(), known.end(), option) != known.end() ? option : "";
+}
+
+/// Refuses numbers of options that are not finite, which the parser reads as such.
+void RequireFiniteNumbers(const CLI::App& app) {
+  for (const CLI::App* command = &app; command != nullptr;) {
+    for (const CLI::Option* option : command->get_options()) {
+      if (!option->get_type_name().starts_with("FLOAT")) continue;
+      for (const std::string& text : option->results()) {
+        if (std::isfinite(std::strtod(text.c_str(), nullptr))) continue;
+        throw InputError("--" + option->get_lnames().front(),
+                         text + " is given, a finite number is allowed");
+      }
+    }
+    const auto chosen = command->get_subcommands();
+    command = chosen.empty() ? nullptr : chosen.front();
+  }
 }
 
 void AddFooterTo(CLI::App* command, const std::string& path) {
@@ -214,6 +232,7 @@ Ending ParseAndRun(const Program& program, int argc, char** argv, Session* sessi
     }
     return {kWrongUsage, {}};
   }
+  RequireFiniteNumbers(app);
   InstallInterruptHandler();
   MakeProgress(session);
   const CancellationScope cancellation(session->progress.get());
