@@ -23,7 +23,6 @@
 #include "core/text.h"
 #include "core/threads.h"
 #include "model/priors.h"
-#include "needs.h"
 #include "quality/assess.h"
 #include "quality/covariance.h"
 #include "reduction/frames.h"

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "adjust/needs.h"
+#include "adjust/adjust_given.h"
 #include "core/threads.h"
 #include "solve/rank.h"
 #include "support/small_blocks.h"
