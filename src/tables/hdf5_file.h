@@ -104,6 +104,20 @@ class QuietHdf5 {
 /// libhdf5 serves one thread at a time: to be held where others may call it meanwhile.
 [[nodiscard]] std::mutex& Hdf5Mutex();
 
+/// Whether every file is walked through in a process of its own (hdf5_walk.cc) before it is opened;
+/// true at first. The walk reads every group, attribute and dataset, of large datasets the first
+/// and the last values. libhdf5 does not bear bytes that a disk or a line has changed everywhere:
+/// it reads beyond its memory, frees what it has not, or never ends. What it bears there, it bears
+/// here. What the walk cannot open is no error: it is named when it is needed.
+///
+/// Callers may have threads that hold locks of any library. So nothing is forked: the program of
+/// the walk is a part of this library, started by posix_spawn().
+void SetHdf5Trial(bool on);
+
+/// What the program of the walk says on its standard output, in this order.
+inline constexpr const char* kWalkBegins = "begun ";
+inline constexpr const char* kWalkEnds = "whole";
+
 /// Rows that are moved at a time, and the rows of a chunk: 64 KiB of numbers.
 inline constexpr std::size_t kSlabRows = 8192;
 /// The datasets of the ids that columns of these kinds are indices into.
@@ -130,6 +144,8 @@ struct OpenedHdf5 {
 
   [[noreturn]] void Fail(const std::string& object, const std::string& problem) const;
 };
+/// Throws InputError where the walk does not come to its end or cannot be started, and for what is
+/// no HDF5 file; Interrupted where CancellationScope::Current() asks for it.
 [[nodiscard]] OpenedHdf5 OpenHdf5(const std::filesystem::path& path);
 
 /// Whether a group has a member of this name in this file itself; links to others are

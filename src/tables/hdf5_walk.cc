@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program that walks through an HDF5 file before another process reads it (hdf5_trial.h).
+// The program that walks through an HDF5 file before another process reads it (hdf5_file.h).
 // usage: hdf5_walk FILE BYTES
 #include <algorithm>
 #include <array>
@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "hdf5_file.h"
-#include "hdf5_trial.h"
 #include <malloc.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>

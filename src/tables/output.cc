@@ -23,7 +23,6 @@
 
 #include "checksum.h"
 #include "hdf5_file.h"
-#include "hdf5_trial.h"
 #include "json.h"
 #include <fcntl.h>
 #include <fmt/format.h>
