@@ -26,7 +26,7 @@
 #include "quality/assess.h"
 #include "quality/covariance.h"
 #include "reduction/frames.h"
-#include "reduction/look_reduction.h"
+#include "reduction/reduction.h"
 #include "selection/candidates.h"
 #include "selection/selection.h"
 #include "selection/simplify.h"

@@ -16,7 +16,7 @@
 #include "quality/assess.h"
 #include "quality/covariance.h"
 #include "quality/point_sweep.h"
-#include "reduction/look_reduction.h"
+#include "reduction/reduction.h"
 #include "solve/inner_datum.h"
 #include "solve/point_defects.h"
 #include "solve/rank.h"

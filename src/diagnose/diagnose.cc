@@ -16,7 +16,7 @@
 #include "block/plausibility.h"
 #include "core/threads.h"
 #include "mistakes.h"
-#include "reduction/look_reduction.h"
+#include "reduction/reduction.h"
 #include "sample.h"
 
 namespace sarblock {

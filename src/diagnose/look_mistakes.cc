@@ -17,7 +17,6 @@
 #include "geometry/state_checks.h"
 #include "mistakes.h"
 #include "normals/reduced_system.h"
-#include "reduction/look_reduction.h"
 #include "reduction/reduction.h"
 #include "sample.h"
 #include "selection/quadratic_model.h"

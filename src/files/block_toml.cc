@@ -15,7 +15,7 @@
 #include "core/text.h"
 #include "correction_options.h"
 #include "reduction/frames.h"
-#include "reduction/look_reduction.h"
+#include "reduction/reduction.h"
 #include "tables/toml.h"
 
 namespace sarblock::files {

@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "core/utc.h"
-#include "reduction/look_reduction.h"
+#include "reduction/reduction.h"
 #include "sentinel1_timing.h"
 #include "sicd.h"
 #include <Eigen/Core>

@@ -17,7 +17,7 @@
 #include "core/threads.h"
 #include "nominal_paths.h"
 #include "places.h"
-#include "reduction/look_reduction.h"
+#include "reduction/reduction.h"
 #include "scene.h"
 #include "true_path.h"
 

@@ -13,7 +13,7 @@
 
 #include "products/import.h"
 #include "products/synthetic_annotation.h"
-#include "reduction/look_reduction.h"
+#include "reduction/reduction.h"
 #include "support/folder_test.h"
 #include <fmt/core.h>
 #include <gmock/gmock.h>

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What models take off a look, against formulas written out here and against times and ranges of a
 // point that was really moved.
-#include "reduction/look_reduction.h"
-
 #include "sarblock/core/error.h"
 #include "sarblock/reduction/reduction.h"
 
@@ -11,6 +9,7 @@
 #include <numbers>
 
 #include "core/utc.h"
+#include "reduction/reduction.h"
 #include "support/small_blocks.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
