@@ -1,318 +1,75 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "intersection.h"
+#include "sarblock/geometry/intersection.h"
 
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
-#include "sarblock/geometry/intersection.h"
 #include "sarblock/geometry/look_equations.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "circle.h"
+#include <Eigen/Core>
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 
 namespace sarblock {
+
+// ---- from a start to the point
+
 namespace {
 
-using internal::Candidate;
+/// The whitened equations of all looks at one point, reduced to a triangle: J = Q R, Q'e = z.
+/// Rows are rotated in one at a time, so that nothing is allocated for any number of looks.
+struct Triangle {
+  Eigen::Matrix3d r = Eigen::Matrix3d::Zero();  ///< upper triangular [1/m]
+  Eigen::Vector3d z = Eigen::Vector3d::Zero();
+  double rest = 0.0;  ///< norm of the part of e that no displacement changes
 
-// Looks of correct standard deviations are called contradictory once in a million points.
-constexpr double kMisfitProbability = 1e-6;
-// Candidates closer than this part of the range are one solution reached twice.
-constexpr double kSamePointPart = 1e-6;
-// Refinement moves a start by the misfit of the looks, far less than this part of the range.
-constexpr double kClearPart = 0.05;
-constexpr std::size_t kMaxLooksPaired = 16;
-// Angles whose sines and cosines differ by less than this part may differ by rounding alone.
-constexpr double kSameAngle = 1e-14;
-
-void Require(bool holds, const char* field, const char* problem) {
-  if (!holds) {
-    throw InputError(std::string(field), std::string(problem));
-  }
-}
-
-bool Positive(double value) { return std::isfinite(value) && value > 0.0; }
-
-void Validate(const FixedPathLook& observation) {
-  Require(observation.antenna_m.allFinite(), "antenna_m", "must be finite");
-  Require(observation.velocity_mps.allFinite() && observation.velocity_mps.squaredNorm() > 0.0,
-          "velocity_mps",
-          "must be finite and not zero");
-  Require(observation.acceleration_mps2.allFinite(), "acceleration_mps2", "must be finite");
-  Require(Positive(observation.range_m), "range_m", "must be finite and positive");
-  Require(Positive(observation.range_sigma_m), "range_sigma_m", "must be finite and positive");
-  Require(Positive(observation.azimuth_sigma), "azimuth_sigma", "must be finite and positive");
-  Require(
-      observation.side == 1 || observation.side == -1, "side", "must be +1 (left) or -1 (right)");
-  if (observation.cone.kind == Cone::Kind::kSquint) {
-    Require(std::abs(std::sin(observation.cone.squint_rad)) < 1.0 &&
-                std::cos(observation.cone.squint_rad) > 0.0,
-            "squint_rad",
-            "must lie between -pi/2 and pi/2");
-  } else {
-    Require(std::abs(observation.cone.closing_mps) < observation.velocity_mps.norm(),
-            "closing_mps",
-            "must be smaller than the speed (lambda f_D / 2 < |v|)");
-  }
-}
-
-// > 0 where the direction d from the antenna lies on the side the antenna looks to.
-double SideComponent(const FixedPathLook& observation,
-                     const Eigen::Vector3d& up,
-                     const Eigen::Vector3d& d_m) {
-  return observation.side * up.cross(observation.velocity_mps).dot(d_m);
-}
-
-struct Placement {
-  bool right_side = true;
-  bool below = true;
-  bool clearly_mirrored = false;  // on a wrong side or above by more than kClearPart of the range
+  void Absorb(const Eigen::RowVector3d& row, double error);
+  double SquareSum() const { return z.squaredNorm() + rest * rest; }
 };
 
-Placement PlacementOf(std::span<const FixedPathLook> observations,
-                      std::span<const Eigen::Vector3d> up_at_antenna,
-                      const Eigen::Vector3d& origin_m,
-                      const Eigen::Vector3d& point_m) {
-  Placement placement;
-  for (std::size_t k = 0; k < observations.size(); ++k) {
-    const FixedPathLook& observation = observations[k];
-    const Eigen::Vector3d& up = up_at_antenna[k];
-    const Eigen::Vector3d d_m = point_m - (observation.antenna_m - origin_m);
-    placement.right_side = placement.right_side && SideComponent(observation, up, d_m) > 0.0;
-    placement.below = placement.below && up.dot(d_m) < 0.0;
-    const double clear_m = kClearPart * observation.range_m;
-    placement.clearly_mirrored =
-        placement.clearly_mirrored ||
-        SideComponent(observation, up, d_m) < -clear_m * observation.velocity_mps.norm() ||
-        up.dot(d_m) > clear_m;
-  }
-  return placement;
-}
-
-// Largest v'Pv of looks that agree. Quantiles take microseconds: the usual ones are kept.
-double LargestMisfit(std::size_t looks) {
-  constexpr std::size_t kKept = 64;
-  const auto limit = [](std::size_t n) {
-    return ChiSquareQuantile(1.0 - kMisfitProbability, 2.0 * static_cast<double>(n) - 3.0);
-  };
-  static const std::array<double, kKept> kept = [&limit] {
-    std::array<double, kKept> out{};
-    for (std::size_t n = 2; n < kKept; ++n) {
-      out[n] = limit(n);
-    }
-    return out;
-  }();
-  return looks < kKept ? kept[looks] : limit(looks);
-}
-
-bool Fits(const Candidate& candidate, std::size_t looks) {
-  return candidate.square_sum <= LargestMisfit(looks);
-}
-
-// The line of sight, projected across the flight.
-Eigen::Vector3d AcrossTrack(const Eigen::Vector3d& p_m, const FixedPathLook& observation) {
-  const Eigen::Vector3d along = observation.velocity_mps.stableNormalized();
-  const Eigen::Vector3d d_m = p_m - observation.antenna_m;
-  return d_m - along.dot(d_m) * along;
-}
-
-// At most the two mirror solutions.
-struct Pool {
-  std::array<Candidate, 2> items;
-  std::size_t count = 0;
-  void Add(const Candidate& candidate) { items[count++] = candidate; }
-  // Keeps the candidates that pass, if any does.
-  template <typename Predicate>
-  bool Prefer(Predicate&& passes) {
-    Pool kept;
-    for (std::size_t i = 0; i < count; ++i) {
-      if (passes(items[i])) {
-        kept.Add(items[i]);
-      }
-    }
-    if (kept.count > 0) {
-      *this = kept;
-    }
-    return kept.count > 0;
-  }
-  [[nodiscard]] const Candidate& Best() const {
-    return count == 2 && items[1].square_sum < items[0].square_sum ? items[1] : items[0];
-  }
+/// A converged candidate point, relative to the origin.
+struct Candidate {
+  Eigen::Vector3d point_m = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d r = Eigen::Matrix3d::Zero();  ///< triangle of the whitened Jacobian [1/m]
+  double square_sum = std::numeric_limits<double>::infinity();
+  int iterations = 0;
+  bool converged = false;
+  bool determined = false;
+  bool firmly = false;  ///< determined by a wide margin
 };
 
-Intersection ResultOf(std::span<const FixedPathLook> observations,
-                      const Eigen::Vector3d& origin_m,
-                      const Candidate& candidate,
-                      const IntersectionOptions& options,
-                      IntersectionOutcome outcome) {
-  Intersection result;
-  result.outcome = outcome;
-  result.position_m = origin_m + candidate.point_m;
-  result.weighted_square_sum = candidate.square_sum;
-  result.iterations = candidate.iterations;
-  if (!options.with_covariance) {
-    result.covariance_m2.setConstant(std::numeric_limits<double>::quiet_NaN());
-    result.intersection_rad = std::numeric_limits<double>::quiet_NaN();
-    return result;
-  }
-  result.intersection_rad = LargestIntersectionAngle(result.position_m, observations);
-  if (candidate.converged && candidate.determined) {
-    result.covariance_m2 = internal::CovarianceOf(candidate.r);
-  }
-  return result;
-}
-
-}  // namespace
-
-double LargestIntersectionAngle(const Eigen::Vector3d& p_m,
-                                std::span<const FixedPathLook> observations) {
-  const std::size_t n = observations.size();
-  double largest_rad = 0.0, largest_sine = 0.0, largest_cosine = 1.0;
-  std::size_t far = 0;
-  const auto offer = [&](const Eigen::Vector3d& a_m, const Eigen::Vector3d& b_m, std::size_t k) {
-    const double sine = a_m.cross(b_m).norm(), cosine = a_m.dot(b_m);
-    // Most are smaller than the largest by far more than rounding: their arc is not computed.
-    const double more = sine * largest_cosine, less = cosine * largest_sine;
-    if (more - less < -kSameAngle * (more + std::abs(less))) return;
-    const double angle_rad = std::atan2(sine, cosine);
-    if (!(angle_rad > largest_rad)) return;
-    largest_rad = angle_rad;
-    largest_sine = sine;
-    largest_cosine = cosine;
-    far = k;
-  };
-  if (n <= kMaxLooksPaired) {
-    std::array<Eigen::Vector3d, kMaxLooksPaired> across_m;
-    for (std::size_t k = 0; k < n; ++k) across_m[k] = AcrossTrack(p_m, observations[k]);
-    for (std::size_t i = 0; i + 1 < n; ++i) {
-      for (std::size_t k = i + 1; k < n; ++k) offer(across_m[i], across_m[k], k);
+void Triangle::Absorb(const Eigen::RowVector3d& row, double error) {
+  Eigen::RowVector3d left = row;
+  double last = error;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    // Whitened rows are far from the ends of the number range: no hypot is needed.
+    const double norm = std::sqrt(r(i, i) * r(i, i) + left[i] * left[i]);
+    if (norm == 0.0) {
+      continue;
     }
-    return largest_rad;
-  }
-  for (const std::size_t begin : {std::size_t{1}, std::size_t{0}}) {
-    const Eigen::Vector3d across_m = AcrossTrack(p_m, observations[far]);
-    for (std::size_t k = begin; k < n; ++k) offer(across_m, AcrossTrack(p_m, observations[k]), k);
-  }
-  return largest_rad;
-}
-
-Intersection Intersect(std::span<const FixedPathLook> observations,
-                       const Frame& frame,
-                       const IntersectionOptions& options) {
-  for (const FixedPathLook& observation : observations) {
-    Validate(observation);
-  }
-  Intersection result;
-  if (observations.size() < 2) {
-    result.outcome = IntersectionOutcome::kTooFewLooks;
-    return result;
-  }
-  const Eigen::Vector3d origin_m = observations[0].antenna_m;
-  std::vector<Eigen::Vector3d> up;
-  up.reserve(observations.size());
-  for (const FixedPathLook& observation : observations) {
-    up.push_back(frame.UpAt(observation.antenna_m));
-  }
-  const internal::Starts starts = internal::ClosedStarts(observations, origin_m, up[0]);
-  // Half way between mirror solutions the basin of the other one begins.
-  const double apart_m = (starts.point_m[1] - starts.point_m[0]).norm();
-  const double max_step_m = starts.count == 2 ? 0.5 * apart_m : observations[0].range_m;
-  const auto refine = [&](std::size_t i) {
-    return internal::Refine(observations, origin_m, starts.point_m[i], max_step_m, options);
-  };
-  // Most points have one start where the antennas look and its mirror image clearly elsewhere. If
-  // the first leads to a firm solution in its place the mirror solution would be discarded below:
-  // it is not computed.
-  if (starts.count == 2) {
-    const Placement first = PlacementOf(observations, up, origin_m, starts.point_m[0]);
-    const Placement second = PlacementOf(observations, up, origin_m, starts.point_m[1]);
-    if (first.clearly_mirrored != second.clearly_mirrored) {
-      const Candidate candidate = refine(first.clearly_mirrored ? 1 : 0);
-      const Placement placement = PlacementOf(observations, up, origin_m, candidate.point_m);
-      if (candidate.converged && candidate.firmly && placement.right_side && placement.below) {
-        return ResultOf(observations,
-                        origin_m,
-                        candidate,
-                        options,
-                        Fits(candidate, observations.size())
-                            ? IntersectionOutcome::kDetermined
-                            : IntersectionOutcome::kCirclesDoNotMeet);
-      }
+    const double inverse = 1.0 / norm;
+    const double c = r(i, i) * inverse;
+    const double s = left[i] * inverse;
+    for (Eigen::Index k = i; k < 3; ++k) {
+      const double above = r(i, k);
+      r(i, k) = c * above + s * left[k];
+      left[k] = c * left[k] - s * above;
     }
+    const double above = z[i];
+    z[i] = c * above + s * last;
+    last = c * last - s * above;
   }
-  Pool pool;
-  for (std::size_t i = 0; i < starts.count; ++i) {
-    const Candidate candidate = refine(i);
-    const double same_m = kSamePointPart * observations[0].range_m;
-    if (pool.count == 0 || (candidate.point_m - pool.items[0].point_m).norm() > same_m) {
-      pool.Add(candidate);
-    }
-  }
-
-  const auto placed = [&](const Candidate& c) {
-    return PlacementOf(observations, up, origin_m, c.point_m);
-  };
-  const auto right_side = [&](const Candidate& c) { return placed(c).right_side; };
-  const auto below = [&](const Candidate& c) { return placed(c).below; };
-  const auto finish = [&](IntersectionOutcome outcome) {
-    return ResultOf(observations, origin_m, pool.Best(), options, outcome);
-  };
-  // A point that floats within the noise (one circle twice) has no place to converge to.
-  const auto settled = [&](const Candidate& c) {
-    return c.converged || (!c.determined && Fits(c, observations.size()));
-  };
-  const auto open = [&](const Candidate& c) { return !settled(c) && right_side(c) && below(c); };
-  const bool any_open = open(pool.items[0]) || open(pool.items[pool.count - 1]);
-  if (!pool.Prefer(settled) || any_open) {
-    return finish(IntersectionOutcome::kNotConverged);
-  }
-  // Place goes before fit: where path errors keep the circles apart, the mirror solution above the
-  // antennas may fit better by chance and is still not the point. A point that floats along a
-  // circle is on no particular side: only determined ones are judged.
-  pool.Prefer([&](const Candidate& c) { return !c.determined || (right_side(c) && below(c)); });
-  if (!pool.Prefer([&](const Candidate& c) { return Fits(c, observations.size()); })) {
-    return finish(IntersectionOutcome::kCirclesDoNotMeet);
-  }
-  if (!pool.Prefer([&](const Candidate& c) { return !c.determined || right_side(c); })) {
-    return finish(IntersectionOutcome::kWrongSide);
-  }
-  pool.Prefer(below);
-  if (!pool.items[0].determined || !pool.items[pool.count - 1].determined) {
-    return finish(internal::CirclesCoincide(observations, origin_m)
-                      ? IntersectionOutcome::kCirclesCoincide
-                      : IntersectionOutcome::kCirclesTouch);
-  }
-  return finish(pool.count == 2 ? IntersectionOutcome::kAmbiguous
-                                : IntersectionOutcome::kDetermined);
+  rest = std::sqrt(rest * rest + last * last);
 }
-
-Intersection IntersectWithHeight(const FixedPathLook& observation,
-                                 const Frame& frame,
-                                 double height_m) {
-  Validate(observation);
-  Require(std::isfinite(height_m), "height_m", "must be finite");
-  return internal::CircleAtHeight(observation, frame, height_m);
-}
-
-double IntersectionAngle(const Eigen::Vector3d& p_m,
-                         const FixedPathLook& a,
-                         const FixedPathLook& b) {
-  const Eigen::Vector3d first_m = AcrossTrack(p_m, a), second_m = AcrossTrack(p_m, b);
-  return std::atan2(first_m.cross(second_m).norm(), first_m.dot(second_m));
-}
-
-}  // namespace sarblock
-
-namespace sarblock::internal {
-namespace {
 
 // Solutions less exact than this part of a standard deviation need no second weighting.
 constexpr double kApproximateSigmas = 1e-6;
@@ -688,32 +445,8 @@ Candidate Solver::Run(const Eigen::Vector3d& start_m) {
   return at_;
 }
 
-}  // namespace
-
-void Triangle::Absorb(const Eigen::RowVector3d& row, double error) {
-  Eigen::RowVector3d left = row;
-  double last = error;
-  for (Eigen::Index i = 0; i < 3; ++i) {
-    // Whitened rows are far from the ends of the number range: no hypot is needed.
-    const double norm = std::sqrt(r(i, i) * r(i, i) + left[i] * left[i]);
-    if (norm == 0.0) {
-      continue;
-    }
-    const double inverse = 1.0 / norm;
-    const double c = r(i, i) * inverse;
-    const double s = left[i] * inverse;
-    for (Eigen::Index k = i; k < 3; ++k) {
-      const double above = r(i, k);
-      r(i, k) = c * above + s * left[k];
-      left[k] = c * left[k] - s * above;
-    }
-    const double above = z[i];
-    z[i] = c * above + s * last;
-    last = c * last - s * above;
-  }
-  rest = std::sqrt(rest * rest + last * last);
-}
-
+/// Gauss-Newton, then damped Newton, from a start point: weights from the start, formed again once
+/// at convergence. docs/theory/intersection.md, section 3 and 4.
 Candidate Refine(std::span<const FixedPathLook> observations,
                  const Eigen::Vector3d& origin_m,
                  const Eigen::Vector3d& start_m,
@@ -722,10 +455,303 @@ Candidate Refine(std::span<const FixedPathLook> observations,
   return Solver(observations, origin_m, max_step_m, options).Run(start_m);
 }
 
+/// (R'R)^-1 for a non-singular triangle.
 Eigen::Matrix3d CovarianceOf(const Eigen::Matrix3d& r) {
   const Eigen::Matrix3d inverse =
       r.triangularView<Eigen::Upper>().solve(Eigen::Matrix3d::Identity().eval());
   return inverse * inverse.transpose();
 }
 
-}  // namespace sarblock::internal
+}  // namespace
+
+// ---- the intersection
+
+namespace {
+
+// Looks of correct standard deviations are called contradictory once in a million points.
+constexpr double kMisfitProbability = 1e-6;
+// Candidates closer than this part of the range are one solution reached twice.
+constexpr double kSamePointPart = 1e-6;
+// Refinement moves a start by the misfit of the looks, far less than this part of the range.
+constexpr double kClearPart = 0.05;
+constexpr std::size_t kMaxLooksPaired = 16;
+// Angles whose sines and cosines differ by less than this part may differ by rounding alone.
+constexpr double kSameAngle = 1e-14;
+
+void Require(bool holds, const char* field, const char* problem) {
+  if (!holds) {
+    throw InputError(std::string(field), std::string(problem));
+  }
+}
+
+bool Positive(double value) { return std::isfinite(value) && value > 0.0; }
+
+void Validate(const FixedPathLook& observation) {
+  Require(observation.antenna_m.allFinite(), "antenna_m", "must be finite");
+  Require(observation.velocity_mps.allFinite() && observation.velocity_mps.squaredNorm() > 0.0,
+          "velocity_mps",
+          "must be finite and not zero");
+  Require(observation.acceleration_mps2.allFinite(), "acceleration_mps2", "must be finite");
+  Require(Positive(observation.range_m), "range_m", "must be finite and positive");
+  Require(Positive(observation.range_sigma_m), "range_sigma_m", "must be finite and positive");
+  Require(Positive(observation.azimuth_sigma), "azimuth_sigma", "must be finite and positive");
+  Require(
+      observation.side == 1 || observation.side == -1, "side", "must be +1 (left) or -1 (right)");
+  if (observation.cone.kind == Cone::Kind::kSquint) {
+    Require(std::abs(std::sin(observation.cone.squint_rad)) < 1.0 &&
+                std::cos(observation.cone.squint_rad) > 0.0,
+            "squint_rad",
+            "must lie between -pi/2 and pi/2");
+  } else {
+    Require(std::abs(observation.cone.closing_mps) < observation.velocity_mps.norm(),
+            "closing_mps",
+            "must be smaller than the speed (lambda f_D / 2 < |v|)");
+  }
+}
+
+// > 0 where the direction d from the antenna lies on the side the antenna looks to.
+double SideComponent(const FixedPathLook& observation,
+                     const Eigen::Vector3d& up,
+                     const Eigen::Vector3d& d_m) {
+  return observation.side * up.cross(observation.velocity_mps).dot(d_m);
+}
+
+struct Placement {
+  bool right_side = true;
+  bool below = true;
+  bool clearly_mirrored = false;  // on a wrong side or above by more than kClearPart of the range
+};
+
+Placement PlacementOf(std::span<const FixedPathLook> observations,
+                      std::span<const Eigen::Vector3d> up_at_antenna,
+                      const Eigen::Vector3d& origin_m,
+                      const Eigen::Vector3d& point_m) {
+  Placement placement;
+  for (std::size_t k = 0; k < observations.size(); ++k) {
+    const FixedPathLook& observation = observations[k];
+    const Eigen::Vector3d& up = up_at_antenna[k];
+    const Eigen::Vector3d d_m = point_m - (observation.antenna_m - origin_m);
+    placement.right_side = placement.right_side && SideComponent(observation, up, d_m) > 0.0;
+    placement.below = placement.below && up.dot(d_m) < 0.0;
+    const double clear_m = kClearPart * observation.range_m;
+    placement.clearly_mirrored =
+        placement.clearly_mirrored ||
+        SideComponent(observation, up, d_m) < -clear_m * observation.velocity_mps.norm() ||
+        up.dot(d_m) > clear_m;
+  }
+  return placement;
+}
+
+// Largest v'Pv of looks that agree. Quantiles take microseconds: the usual ones are kept.
+double LargestMisfit(std::size_t looks) {
+  constexpr std::size_t kKept = 64;
+  const auto limit = [](std::size_t n) {
+    return ChiSquareQuantile(1.0 - kMisfitProbability, 2.0 * static_cast<double>(n) - 3.0);
+  };
+  static const std::array<double, kKept> kept = [&limit] {
+    std::array<double, kKept> out{};
+    for (std::size_t n = 2; n < kKept; ++n) {
+      out[n] = limit(n);
+    }
+    return out;
+  }();
+  return looks < kKept ? kept[looks] : limit(looks);
+}
+
+bool Fits(const Candidate& candidate, std::size_t looks) {
+  return candidate.square_sum <= LargestMisfit(looks);
+}
+
+// The line of sight, projected across the flight.
+Eigen::Vector3d AcrossTrack(const Eigen::Vector3d& p_m, const FixedPathLook& observation) {
+  const Eigen::Vector3d along = observation.velocity_mps.stableNormalized();
+  const Eigen::Vector3d d_m = p_m - observation.antenna_m;
+  return d_m - along.dot(d_m) * along;
+}
+
+// At most the two mirror solutions.
+struct Pool {
+  std::array<Candidate, 2> items;
+  std::size_t count = 0;
+  void Add(const Candidate& candidate) { items[count++] = candidate; }
+  // Keeps the candidates that pass, if any does.
+  template <typename Predicate>
+  bool Prefer(Predicate&& passes) {
+    Pool kept;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (passes(items[i])) {
+        kept.Add(items[i]);
+      }
+    }
+    if (kept.count > 0) {
+      *this = kept;
+    }
+    return kept.count > 0;
+  }
+  [[nodiscard]] const Candidate& Best() const {
+    return count == 2 && items[1].square_sum < items[0].square_sum ? items[1] : items[0];
+  }
+};
+
+Intersection ResultOf(std::span<const FixedPathLook> observations,
+                      const Eigen::Vector3d& origin_m,
+                      const Candidate& candidate,
+                      const IntersectionOptions& options,
+                      IntersectionOutcome outcome) {
+  Intersection result;
+  result.outcome = outcome;
+  result.position_m = origin_m + candidate.point_m;
+  result.weighted_square_sum = candidate.square_sum;
+  result.iterations = candidate.iterations;
+  if (!options.with_covariance) {
+    result.covariance_m2.setConstant(std::numeric_limits<double>::quiet_NaN());
+    result.intersection_rad = std::numeric_limits<double>::quiet_NaN();
+    return result;
+  }
+  result.intersection_rad = LargestIntersectionAngle(result.position_m, observations);
+  if (candidate.converged && candidate.determined) {
+    result.covariance_m2 = CovarianceOf(candidate.r);
+  }
+  return result;
+}
+
+}  // namespace
+
+double LargestIntersectionAngle(const Eigen::Vector3d& p_m,
+                                std::span<const FixedPathLook> observations) {
+  const std::size_t n = observations.size();
+  double largest_rad = 0.0, largest_sine = 0.0, largest_cosine = 1.0;
+  std::size_t far = 0;
+  const auto offer = [&](const Eigen::Vector3d& a_m, const Eigen::Vector3d& b_m, std::size_t k) {
+    const double sine = a_m.cross(b_m).norm(), cosine = a_m.dot(b_m);
+    // Most are smaller than the largest by far more than rounding: their arc is not computed.
+    const double more = sine * largest_cosine, less = cosine * largest_sine;
+    if (more - less < -kSameAngle * (more + std::abs(less))) return;
+    const double angle_rad = std::atan2(sine, cosine);
+    if (!(angle_rad > largest_rad)) return;
+    largest_rad = angle_rad;
+    largest_sine = sine;
+    largest_cosine = cosine;
+    far = k;
+  };
+  if (n <= kMaxLooksPaired) {
+    std::array<Eigen::Vector3d, kMaxLooksPaired> across_m;
+    for (std::size_t k = 0; k < n; ++k) across_m[k] = AcrossTrack(p_m, observations[k]);
+    for (std::size_t i = 0; i + 1 < n; ++i) {
+      for (std::size_t k = i + 1; k < n; ++k) offer(across_m[i], across_m[k], k);
+    }
+    return largest_rad;
+  }
+  for (const std::size_t begin : {std::size_t{1}, std::size_t{0}}) {
+    const Eigen::Vector3d across_m = AcrossTrack(p_m, observations[far]);
+    for (std::size_t k = begin; k < n; ++k) offer(across_m, AcrossTrack(p_m, observations[k]), k);
+  }
+  return largest_rad;
+}
+
+Intersection Intersect(std::span<const FixedPathLook> observations,
+                       const Frame& frame,
+                       const IntersectionOptions& options) {
+  for (const FixedPathLook& observation : observations) {
+    Validate(observation);
+  }
+  Intersection result;
+  if (observations.size() < 2) {
+    result.outcome = IntersectionOutcome::kTooFewLooks;
+    return result;
+  }
+  const Eigen::Vector3d origin_m = observations[0].antenna_m;
+  std::vector<Eigen::Vector3d> up;
+  up.reserve(observations.size());
+  for (const FixedPathLook& observation : observations) {
+    up.push_back(frame.UpAt(observation.antenna_m));
+  }
+  const internal::Starts starts = internal::ClosedStarts(observations, origin_m, up[0]);
+  // Half way between mirror solutions the basin of the other one begins.
+  const double apart_m = (starts.point_m[1] - starts.point_m[0]).norm();
+  const double max_step_m = starts.count == 2 ? 0.5 * apart_m : observations[0].range_m;
+  const auto refine = [&](std::size_t i) {
+    return Refine(observations, origin_m, starts.point_m[i], max_step_m, options);
+  };
+  // Most points have one start where the antennas look and its mirror image clearly elsewhere. If
+  // the first leads to a firm solution in its place the mirror solution would be discarded below:
+  // it is not computed.
+  if (starts.count == 2) {
+    const Placement first = PlacementOf(observations, up, origin_m, starts.point_m[0]);
+    const Placement second = PlacementOf(observations, up, origin_m, starts.point_m[1]);
+    if (first.clearly_mirrored != second.clearly_mirrored) {
+      const Candidate candidate = refine(first.clearly_mirrored ? 1 : 0);
+      const Placement placement = PlacementOf(observations, up, origin_m, candidate.point_m);
+      if (candidate.converged && candidate.firmly && placement.right_side && placement.below) {
+        return ResultOf(observations,
+                        origin_m,
+                        candidate,
+                        options,
+                        Fits(candidate, observations.size())
+                            ? IntersectionOutcome::kDetermined
+                            : IntersectionOutcome::kCirclesDoNotMeet);
+      }
+    }
+  }
+  Pool pool;
+  for (std::size_t i = 0; i < starts.count; ++i) {
+    const Candidate candidate = refine(i);
+    const double same_m = kSamePointPart * observations[0].range_m;
+    if (pool.count == 0 || (candidate.point_m - pool.items[0].point_m).norm() > same_m) {
+      pool.Add(candidate);
+    }
+  }
+
+  const auto placed = [&](const Candidate& c) {
+    return PlacementOf(observations, up, origin_m, c.point_m);
+  };
+  const auto right_side = [&](const Candidate& c) { return placed(c).right_side; };
+  const auto below = [&](const Candidate& c) { return placed(c).below; };
+  const auto finish = [&](IntersectionOutcome outcome) {
+    return ResultOf(observations, origin_m, pool.Best(), options, outcome);
+  };
+  // A point that floats within the noise (one circle twice) has no place to converge to.
+  const auto settled = [&](const Candidate& c) {
+    return c.converged || (!c.determined && Fits(c, observations.size()));
+  };
+  const auto open = [&](const Candidate& c) { return !settled(c) && right_side(c) && below(c); };
+  const bool any_open = open(pool.items[0]) || open(pool.items[pool.count - 1]);
+  if (!pool.Prefer(settled) || any_open) {
+    return finish(IntersectionOutcome::kNotConverged);
+  }
+  // Place goes before fit: where path errors keep the circles apart, the mirror solution above the
+  // antennas may fit better by chance and is still not the point. A point that floats along a
+  // circle is on no particular side: only determined ones are judged.
+  pool.Prefer([&](const Candidate& c) { return !c.determined || (right_side(c) && below(c)); });
+  if (!pool.Prefer([&](const Candidate& c) { return Fits(c, observations.size()); })) {
+    return finish(IntersectionOutcome::kCirclesDoNotMeet);
+  }
+  if (!pool.Prefer([&](const Candidate& c) { return !c.determined || right_side(c); })) {
+    return finish(IntersectionOutcome::kWrongSide);
+  }
+  pool.Prefer(below);
+  if (!pool.items[0].determined || !pool.items[pool.count - 1].determined) {
+    return finish(internal::CirclesCoincide(observations, origin_m)
+                      ? IntersectionOutcome::kCirclesCoincide
+                      : IntersectionOutcome::kCirclesTouch);
+  }
+  return finish(pool.count == 2 ? IntersectionOutcome::kAmbiguous
+                                : IntersectionOutcome::kDetermined);
+}
+
+Intersection IntersectWithHeight(const FixedPathLook& observation,
+                                 const Frame& frame,
+                                 double height_m) {
+  Validate(observation);
+  Require(std::isfinite(height_m), "height_m", "must be finite");
+  return internal::CircleAtHeight(observation, frame, height_m);
+}
+
+double IntersectionAngle(const Eigen::Vector3d& p_m,
+                         const FixedPathLook& a,
+                         const FixedPathLook& b) {
+  const Eigen::Vector3d first_m = AcrossTrack(p_m, a), second_m = AcrossTrack(p_m, b);
+  return std::atan2(first_m.cross(second_m).norm(), first_m.dot(second_m));
+}
+
+}  // namespace sarblock
