@@ -17,7 +17,7 @@
 #include "core/text.h"
 #include "core/threads.h"
 #include "core/utc.h"
-#include "geometry/state_checks.h"
+#include "geometry/recorded_states.h"
 #include <Eigen/Geometry>
 
 namespace sarblock {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "geometry/state_checks.h"
+#include "geometry/recorded_states.h"
 
 namespace sarblock {
 

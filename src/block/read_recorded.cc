@@ -13,7 +13,7 @@
 
 #include "core/text.h"
 #include "core/threads.h"
-#include "geometry/recorded_path.h"
+#include "geometry/recorded_states.h"
 #include "swath.h"
 
 namespace sarblock {

@@ -14,7 +14,7 @@
 
 #include "core/text.h"
 #include "core/utc.h"
-#include "geometry/state_checks.h"
+#include "geometry/recorded_states.h"
 #include "mistakes.h"
 #include "normals/reduced_system.h"
 #include "reduction/reduction.h"

@@ -15,7 +15,7 @@
 
 #include "block/plausibility.h"
 #include "core/text.h"
-#include "geometry/state_checks.h"
+#include "geometry/recorded_states.h"
 #include "mistakes.h"
 #include "sample.h"
 #include <Eigen/Geometry>

@@ -14,7 +14,7 @@
 #include "core/memory.h"
 #include "core/text.h"
 #include "core/threads.h"
-#include "geometry/state_checks.h"
+#include "geometry/recorded_states.h"
 
 namespace sarblock::files {
 namespace {

@@ -17,7 +17,7 @@
 #include "core/memory.h"
 #include "core/text.h"
 #include "core/threads.h"
-#include "geometry/state_checks.h"
+#include "geometry/recorded_states.h"
 #include "model/priors.h"
 #include "reduction/frames.h"
 #include "tables/csv.h"

@@ -10,9 +10,8 @@
 #include <utility>
 
 #include "core/text.h"
-#include "geometry/recorded_path.h"
+#include "geometry/recorded_states.h"
 #include "geometry/smooth_path.h"
-#include "geometry/state_checks.h"
 #include "xml.h"
 #include <Eigen/Geometry>
 #include <fmt/core.h>

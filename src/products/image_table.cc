@@ -12,7 +12,7 @@
 #include "core/text.h"
 #include "core/utc.h"
 #include "csm.h"
-#include "geometry/state_checks.h"
+#include "geometry/recorded_states.h"
 #include "image.h"
 #include "tables/hdf5_file.h"
 #include "xml.h"

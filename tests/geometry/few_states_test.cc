@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "geometry/recorded_path.h"
+#include "geometry/recorded_states.h"
 #include "geometry/test_flights.h"
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>

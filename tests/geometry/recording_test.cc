@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "geometry/recorded_path.h"
+#include "geometry/recorded_states.h"
 #include "geometry/test_flights.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

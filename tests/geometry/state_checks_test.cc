@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // States that are no one's path: merged solutions, which follow each other closely or alternate.
-#include "geometry/state_checks.h"
-
 #include "sarblock/core/statistics.h"
 
 #include <algorithm>
@@ -11,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "geometry/recorded_states.h"
 #include "geometry/test_flights.h"
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>

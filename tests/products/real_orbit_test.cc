@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "geometry/recorded_path.h"
+#include "geometry/recorded_states.h"
 #include "geometry/smooth_path.h"
 #include "products/image_table.h"
 #include "support/folder_test.h"
