@@ -4,8 +4,6 @@
 #include "sarblock/leberl/formulas.h"
 
 #include <array>
-#include <limits>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -35,40 +33,6 @@ enum class GroundRange { kRequired, kFromTable };
 void AddConfiguration(CLI::App* command,
                       GroundRange ground_range,
                       leberl::StereoConfiguration* configuration);
-
-/// A stereo pair on the command line: B, H and y, or two look angles, alone, from a height or from
-/// an orbit. `plan pair` and `leberl exaggeration` take it.
-struct PairInput {
-  /// Options of the look angles, for messages.
-  std::array<const char*, 2> look_names{"--look-1-deg", "--look-2-deg"};
-  std::optional<double> base_m, height_m, ground_range_m;
-  std::optional<double> first_look_deg, second_look_deg;
-  std::optional<double> orbit_height_km;
-  std::optional<int> body;  ///< index of the bodies that --body names
-  leberl::Arrangement arrangement = leberl::Arrangement::kSameSide;
-};
-
-/// The pair that was given, checked.
-struct GivenPair {
-  std::array<double, 2> look_rad{};       ///< off nadir, magnitudes
-  std::array<double, 2> incidence_rad{};  ///< at the point; from an aircraft the look angles
-  leberl::Arrangement arrangement = leberl::Arrangement::kSameSide;
-  std::optional<double> height_m;                                  ///< of flight
-  double body_radius_m = std::numeric_limits<double>::infinity();  ///< of an orbit's body
-  std::optional<leberl::StereoConfiguration> from_base;            ///< where B, H and y are given
-};
-
-/// Adds --base-m, --height-m, --ground-range-m, --orbit-height-km, --body and --opposite; the look
-/// angles have names of their own in each command.
-void AddPairOptions(CLI::App* command, PairInput* input);
-
-/// Whether two look angles alone, without a height, make a pair.
-enum class HeightNeed { kOptional, kRequired };
-/// Throws CLI::ValidationError unless the options name a pair in one of the ways.
-void RequireOnePair(const char* command, HeightNeed height, const PairInput& input);
-
-/// Throws InputError naming the option whose value no pair has.
-[[nodiscard]] GivenPair PairOf(const PairInput& input);
 
 /// One column of a list that a command prints as JSON or as CSV: its name there and its cell, an
 /// empty cell of a CSV where that is null.
