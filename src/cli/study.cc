@@ -2,7 +2,6 @@
 #include "studies/study.h"
 
 #include "sarblock/core/error.h"
-#include "sarblock/simulate/scene.h"
 #include "sarblock/tables/output.h"
 
 #include <algorithm>
@@ -73,60 +72,6 @@ struct StudyKind {
 
 constexpr std::array kStages{
     TradeoffStage::kModel, TradeoffStage::kSolver, TradeoffStage::kCovariance};
-/// Measures rows; holds the block of the size at hand, simulated when its first row is measured.
-class Bench {
- public:
-  Bench(TradeoffStudy study, int threads) : study_(std::move(study)), threads_(threads) {}
-
-  [[nodiscard]] const TradeoffStudy& study() const { return study_; }
-
-  std::vector<StudyRow> Measure(const TradeoffSize& size,
-                                const TradeoffEntry& entry,
-                                ProgressSink* progress) {
-    const std::string reason = study_.WhyNotRun(entry, size);
-    if (!reason.empty()) {
-      TradeoffChoice choice = entry.choice;
-      choice.options.threads = entry.ThreadsOf(threads_);
-      return {CellsOf(NotRun(choice, size.points, study_.clock, reason))};
-    }
-    Prepare(size, progress);
-    const int repeats = entry.repeats > 0  ? entry.repeats
-                        : size.repeats > 0 ? size.repeats
-                                           : study_.repeats;
-    return {CellsOf(
-        bench_->Measure(Bound(entry, size, bench_->block()),
-                        Bound(study_.ReferenceOf(entry.choice.stage), size, bench_->block()),
-                        {repeats, size.longest_s},
-                        study_.clock,
-                        progress))};
-  }
-
- private:
-  [[nodiscard]] TradeoffChoice Bound(const TradeoffEntry& entry,
-                                     const TradeoffSize& size,
-                                     const Block& block) const {
-    return BindChoice(entry, size.scene, block, threads_);
-  }
-
-  void Prepare(const TradeoffSize& size, ProgressSink* progress) {
-    if (bench_ != nullptr && points_ == size.points) return;
-    bench_.reset();
-    SimulatedBlock simulated = Simulate(size.scene, progress);
-    // The best answer: the first reference that adjusts. The reader has seen to it that one does.
-    const auto best =
-        std::find_if(study_.choices.begin(), study_.choices.end(), [](const TradeoffEntry& entry) {
-          return entry.reference && entry.choice.run == TradeoffChoice::Run::kAdjust;
-        });
-    const TradeoffChoice tight = Bound(*best, size, simulated.block);
-    bench_ = std::make_unique<TradeoffBench>(std::move(simulated), size.points, tight, progress);
-    points_ = size.points;
-  }
-
-  TradeoffStudy study_;
-  int threads_ = 1;
-  std::unique_ptr<TradeoffBench> bench_;
-  std::size_t points_ = 0;
-};
 
 /// Choices of a stage in the order of the rows.
 std::vector<std::string> ChoicesOf(const std::vector<TradeoffRow>& rows, TradeoffStage stage) {
@@ -216,27 +161,10 @@ StudyAnswer ConcludeTradeoff(const TradeoffStudy& study, const StudyTable& table
 PreparedStudy PrepareTradeoff(const std::string& file,
                               const std::vector<std::string>& overrides,
                               int threads) {
-  const auto bench = std::make_shared<Bench>(ReadTradeoffStudy(file, overrides), threads);
-  const TradeoffStudy& study = bench->study();
-  PreparedStudy prepared;
-  prepared.plan.columns = TradeoffColumns();
-  prepared.plan.order = TaskOrder::kOneByOne;
-  for (const TradeoffSize& size : study.sizes) {
-    for (const TradeoffEntry& entry : study.choices) {
-      if (!study.Wants(entry, size.points)) continue;
-      prepared.plan.tasks.push_back(
-          {fmt::format(
-               "{} {}, {} points", NameOf(entry.choice.stage), entry.choice.name, size.points),
-           [bench, &size, &entry](ProgressSink* progress) {
-             return bench->Measure(size, entry, progress);
-           }});
-    }
-  }
-  prepared.identity = study.identity;
-  prepared.conclude = [bench](const StudyTable& table) {
-    return ConcludeTradeoff(bench->study(), table);
-  };
-  return prepared;
+  const auto study = std::make_shared<TradeoffStudy>(ReadTradeoffStudy(file, overrides));
+  return {PlanTradeoff(*study, threads), study->identity, [study](const StudyTable& table) {
+            return ConcludeTradeoff(*study, table);
+          }};
 }
 
 StudyAnswer ConcludeDensification(const DensificationStudy& study, const StudyTable& table) {

@@ -271,11 +271,10 @@ struct TradeoffStudy {
 /// Keys of the study file with their dotted names, for `--set`, lists by their first element.
 [[nodiscard]] std::vector<std::string> TradeoffKeys();
 
-/// The choice with the options it has on a block of the scene.
-[[nodiscard]] TradeoffChoice BindChoice(const TradeoffEntry& entry,
-                                        const Scene& scene,
-                                        const Block& block,
-                                        int threads);
+/// The study as tasks, one a choice and size, measured one by one: each beside its reference, on a
+/// block that is simulated when the first row of its size is measured. `threads` are those of the
+/// session. `study` must outlive the plan.
+[[nodiscard]] StudyPlan PlanTradeoff(const TradeoffStudy& study, int threads);
 
 /// The rows as a Markdown page: a recommendation and a table for every size, rows of the Pareto set
 /// in bold. Sizes ascending, stages in their order, rows as given.

@@ -2,11 +2,13 @@
 #include "sarblock/files/block_file.h"
 #include "sarblock/files/scene_file.h"
 #include "sarblock/geometry/path.h"
+#include "sarblock/simulate/scene.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <memory>
 #include <set>
 #include <utility>
 
@@ -276,6 +278,9 @@ std::vector<std::string> TradeoffKeys() {
   return keys;
 }
 
+namespace {
+
+/// The choice with the options it has on a block of the scene.
 TradeoffChoice BindChoice(const TradeoffEntry& entry,
                           const Scene& scene,
                           const Block& block,
@@ -287,6 +292,81 @@ TradeoffChoice BindChoice(const TradeoffEntry& entry,
       files::ReadAdjustTable(scene.adjust_toml, "choice " + entry.choice.name, passes, entry.set);
   choice.options.threads = entry.ThreadsOf(threads);
   return choice;
+}
+
+/// Measures rows; holds the block of the size at hand, simulated when its first row is measured.
+class Bench {
+ public:
+  /// `study` must outlive it.
+  Bench(const TradeoffStudy& study, int threads) : study_(study), threads_(threads) {}
+
+  std::vector<StudyRow> Measure(const TradeoffSize& size,
+                                const TradeoffEntry& entry,
+                                ProgressSink* progress) {
+    const std::string reason = study_.WhyNotRun(entry, size);
+    if (!reason.empty()) {
+      TradeoffChoice choice = entry.choice;
+      choice.options.threads = entry.ThreadsOf(threads_);
+      return {CellsOf(NotRun(choice, size.points, study_.clock, reason))};
+    }
+    Prepare(size, progress);
+    const int repeats = entry.repeats > 0  ? entry.repeats
+                        : size.repeats > 0 ? size.repeats
+                                           : study_.repeats;
+    return {CellsOf(
+        bench_->Measure(Bound(entry, size, bench_->block()),
+                        Bound(study_.ReferenceOf(entry.choice.stage), size, bench_->block()),
+                        {repeats, size.longest_s},
+                        study_.clock,
+                        progress))};
+  }
+
+ private:
+  [[nodiscard]] TradeoffChoice Bound(const TradeoffEntry& entry,
+                                     const TradeoffSize& size,
+                                     const Block& block) const {
+    return BindChoice(entry, size.scene, block, threads_);
+  }
+
+  void Prepare(const TradeoffSize& size, ProgressSink* progress) {
+    if (bench_ != nullptr && points_ == size.points) return;
+    bench_.reset();
+    SimulatedBlock simulated = Simulate(size.scene, progress);
+    // The best answer: the first reference that adjusts. The reader has seen to it that one does.
+    const auto best =
+        std::find_if(study_.choices.begin(), study_.choices.end(), [](const TradeoffEntry& entry) {
+          return entry.reference && entry.choice.run == TradeoffChoice::Run::kAdjust;
+        });
+    const TradeoffChoice tight = Bound(*best, size, simulated.block);
+    bench_ = std::make_unique<TradeoffBench>(std::move(simulated), size.points, tight, progress);
+    points_ = size.points;
+  }
+
+  const TradeoffStudy& study_;
+  int threads_ = 1;
+  std::unique_ptr<TradeoffBench> bench_;
+  std::size_t points_ = 0;
+};
+
+}  // namespace
+
+StudyPlan PlanTradeoff(const TradeoffStudy& study, int threads) {
+  const auto bench = std::make_shared<Bench>(study, threads);
+  StudyPlan plan;
+  plan.columns = TradeoffColumns();
+  plan.order = TaskOrder::kOneByOne;
+  for (const TradeoffSize& size : study.sizes) {
+    for (const TradeoffEntry& entry : study.choices) {
+      if (!study.Wants(entry, size.points)) continue;
+      plan.tasks.push_back(
+          {fmt::format(
+               "{} {}, {} points", NameOf(entry.choice.stage), entry.choice.name, size.points),
+           [bench, &size, &entry](ProgressSink* progress) {
+             return bench->Measure(size, entry, progress);
+           }});
+    }
+  }
+  return plan;
 }
 
 namespace {
