@@ -72,9 +72,10 @@ double CheckedLook(const char* option, double look_deg) {
   return look_deg * kRadPerDeg;
 }
 
+/// `unit` begins with a space; of a number without one it is empty.
 double CheckedPositive(const char* option, double value, const char* unit) {
   if (!(std::isfinite(value) && value > 0.0)) {
-    throw InputError(option, fmt::format("{:g} {} is given, > 0 is allowed", value, unit));
+    throw InputError(option, fmt::format("{:g}{} is given, > 0 is allowed", value, unit));
   }
   return value;
 }
@@ -162,9 +163,9 @@ GivenPair PairOf(const PairInput& input) {
                          : fmt::format("equals {}: no base, another angle is allowed", first));
   }
   pair.incidence_rad = pair.look_rad;
-  if (input.height_m) pair.height_m = CheckedPositive("--height-m", *input.height_m, "m");
+  if (input.height_m) pair.height_m = CheckedPositive("--height-m", *input.height_m, " m");
   if (!input.orbit_height_km) return pair;
-  pair.height_m = 1e3 * CheckedPositive("--orbit-height-km", *input.orbit_height_km, "km");
+  pair.height_m = 1e3 * CheckedPositive("--orbit-height-km", *input.orbit_height_km, " km");
   pair.body_radius_m =
       NamedEllipsoid(kBodies.at(static_cast<std::size_t>(input.body.value())).ellipsoid).a_m;
   for (std::size_t k = 0; k < 2; ++k) {
@@ -196,7 +197,7 @@ struct PlanPairInput {
   /// The wanted standard deviation of heights, checked.
   [[nodiscard]] std::optional<double> GoalUp_m() const {
     if (!goal_up_m) return std::nullopt;
-    return CheckedPositive("--goal-up-m", *goal_up_m, "m");
+    return CheckedPositive("--goal-up-m", *goal_up_m, " m");
   }
 };
 
@@ -235,7 +236,7 @@ PairSigmas SigmasOfImages(const SceneImage& image, double path_m, const StereoPa
 /// What the options say of the sigmas, which for images depend on the pair.
 std::function<PairSigmas(const StereoPair&)> SigmasGiven(const PlanPairInput& input) {
   const double path_m =
-      input.path_sigma_m ? CheckedPositive("--path-sigma-m", *input.path_sigma_m, "m") : 0.0;
+      input.path_sigma_m ? CheckedPositive("--path-sigma-m", *input.path_sigma_m, " m") : 0.0;
   if (input.images()) {
     SceneImage image = input.image;
     if (input.bandwidth_mhz) image.bandwidth_hz = 1e6 * *input.bandwidth_mhz;
@@ -247,10 +248,10 @@ std::function<PairSigmas(const StereoPair&)> SigmasGiven(const PlanPairInput& in
     }
     return [image, path_m](const StereoPair& pair) { return SigmasOfImages(image, path_m, pair); };
   }
-  const double range_m = CheckedPositive("--range-sigma-m", input.range_sigma_m.value(), "m");
+  const double range_m = CheckedPositive("--range-sigma-m", input.range_sigma_m.value(), " m");
   // Azimuth decides the position along the parallel tracks alone, which is then not printed.
   const double azimuth_m = input.azimuth_sigma_m
-                               ? CheckedPositive("--azimuth-sigma-m", *input.azimuth_sigma_m, "m")
+                               ? CheckedPositive("--azimuth-sigma-m", *input.azimuth_sigma_m, " m")
                                : range_m;
   return [=](const StereoPair&) {
     return PairSigmas{{range_m, range_m}, {azimuth_m, azimuth_m}, path_m};
@@ -537,12 +538,23 @@ Relief ReliefOf(double exaggeration, const leberl::StereoViewing& viewing) {
           HeightOfDisparity(exaggeration, viewing.fusion_rad, viewing)};
 }
 
+/// What Validate() refuses by field is said by option and in its unit.
 std::optional<leberl::StereoViewing> ViewingOf(const ExaggerationInput& input) {
   if (!input.viewing_scale) return std::nullopt;
-  const leberl::StereoViewing viewing{.scale = *input.viewing_scale,
-                                      .eye_base_m = 1e-3 * input.eye_base_mm,
-                                      .acuity_rad = input.acuity_arcsec * kRadPerArcsecond,
-                                      .fusion_rad = input.fusion_arcmin * kRadPerArcminute};
+  leberl::StereoViewing viewing;
+  viewing.scale = CheckedPositive("--viewing-scale", *input.viewing_scale, "");
+  viewing.eye_base_m = 1e-3 * CheckedPositive("--eye-base-mm", input.eye_base_mm, " mm");
+  viewing.acuity_rad =
+      kRadPerArcsecond * CheckedPositive("--acuity-arcsec", input.acuity_arcsec, " arcsec");
+  viewing.fusion_rad = kRadPerArcminute * input.fusion_arcmin;
+  if (!(viewing.fusion_rad > viewing.acuity_rad && viewing.fusion_rad < leberl::kMaxFusion_rad)) {
+    throw InputError("--fusion-arcmin",
+                     fmt::format("{:g} arcmin is given, more than --acuity-arcsec ({:g} arcmin) "
+                                 "and less than {:g} arcmin is allowed",
+                                 input.fusion_arcmin,
+                                 input.acuity_arcsec / 60.0,
+                                 leberl::kMaxFusion_rad / kRadPerArcminute));
+  }
   Validate(viewing);
   return viewing;
 }

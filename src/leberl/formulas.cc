@@ -151,7 +151,7 @@ void Validate(const StereoViewing& viewing) {
   require("acuity_rad", viewing.acuity_rad, viewing.acuity_rad > 0.0, "> 0");
   require("fusion_rad",
           viewing.fusion_rad,
-          viewing.fusion_rad > viewing.acuity_rad && viewing.fusion_rad < 0.2,
+          viewing.fusion_rad > viewing.acuity_rad && viewing.fusion_rad < kMaxFusion_rad,
           "more than the acuity and less than 0.2 rad");
 }
 

@@ -108,12 +108,16 @@ inline constexpr double kViewingRatio = 5.0;
 /// Radar: q ~ 5 H B / (y (y - B)), magnitude. Leberl (1979), Eq. 11.
 [[nodiscard]] double Exaggeration(const StereoConfiguration& c);
 
+/// Beyond this retinal disparity the eyes would have to turn outwards.
+inline constexpr double kMaxFusion_rad = 0.2;
+
 /// How a person views a pair. The images lie at kViewingRatio eye bases from the eyes.
 struct StereoViewing {
   double scale = 0.0;       ///< M of images viewed at the scale 1:M; > 0
   double eye_base_m = 0.0;  ///< > 0
   double acuity_rad = 0.0;  ///< least retinal disparity that is seen as depth; > 0
-  double fusion_rad = 0.0;  ///< largest retinal disparity that fuses to one picture; < 0.2
+  /// Largest retinal disparity that fuses to one picture; < kMaxFusion_rad.
+  double fusion_rad = 0.0;
 };
 /// Throws InputError naming the value unless all are finite and positive, the disparities in order
 /// and the larger below the convergence of the eyes.
