@@ -245,7 +245,7 @@ double CorrectedFlight::AzimuthUnit_m(const LookMeasurement& look,
                                               parts_->ColumnCount(),
                                               {},
                                               &at);
-  return has_value ? at.weight_unit_m : kNotGiven;
+  return has_value ? at.azimuth_unit_m : kNotGiven;
 }
 
 LookMeasurement MeasurementOf(const Block& block,

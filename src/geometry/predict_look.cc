@@ -24,7 +24,7 @@ bool PredictLook(const LookGeometry& at, LookPrediction* out) {
   out->delay_s = crossing.dt_s + last_step_s;
   out->range_m = eq.rho_m + range_rate_mps * last_step_s;
   out->cone_rate_mps = -crossing.rate_m;
-  out->along_mps = crossing.unit_m;
+  out->along_mps = eq.sin_tau * eq.drho_dp.dot(crossing.v_mps) - crossing.rate_m;
   out->line_of_sight_m = crossing.d_m;
   out->velocity_mps = crossing.v_mps;
   // A partial of e_d moves the time, and the time the range.

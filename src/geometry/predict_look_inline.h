@@ -45,7 +45,6 @@ struct Crossing {
   Eigen::Vector3d turn;   ///< where the cone axis has direction errors; with |v|
   double speed_mps = 0.0;
   double rate_m = 0.0;         ///< de_d by a unit of that measurement: q = de_d/dt, or de_d/df
-  double unit_m = 0.0;         ///< metres along track at the target that a unit of it is
   double path_rate_mps = 0.0;  ///< de_d by the time that is exact
 
   /// Partial of e_d by the velocity of the antenna. Cone axis v_cone by velocity: dv_cone = dv +
@@ -108,7 +107,6 @@ struct Crossing {
     dt_s = next_s;
   }
   out->dt_s = out->error = dt_s;
-  out->unit_m = out->eq.sin_tau * out->eq.drho_dp.dot(out->v_mps) - out->rate_m;
   const double least_square = kMinConeRate * kMinConeRate * out->v_mps.squaredNorm();
   return out->rate_m < 0.0 && out->rate_m * out->rate_m > least_square;
 }
@@ -146,7 +144,6 @@ struct Crossing {
   const double hz_per_mps = 2.0 / wavelength_m;
   out->error = hz_per_mps * (predicted.closing_mps - cone.closing_mps);
   out->rate_m = -rho_m * (cos_seen / cos_tau) / (axis_mps * hz_per_mps);
-  out->unit_m = -out->rate_m;
   out->path_rate_mps = out->eq.ded_dv.dot(axis_rate) - out->eq.ded_dp.dot(v);
   return out->rate_m < 0.0;
 }
@@ -165,7 +162,6 @@ struct Crossing {
   if (!(eq.rho_m >= kMinRange_m) || !std::isfinite(eq.rho_m)) return false;
   eq.drho_dp = (d_m / eq.rho_m).transpose();
   out->rate_m = -1.0;
-  out->unit_m = 1.0;
   return true;
 }
 

@@ -273,7 +273,8 @@ bool CorrectedPath::Read(double measured_s,
   Motion& motion = out->motion;
   std::size_t piece = 0;
   if (!ReadNominal(measured_s, read_s, &motion, &piece)) return false;
-  const Eigen::Vector3d nominal_mps2 = motion.acceleration_mps2;
+  out->given_mps = motion.velocity_mps;
+  out->given_mps2 = motion.acceleration_mps2;
   if (axes_ == TrackAxesUse::kConstant) {
     out->axes = &constant_axes_;
   } else if (axes_ == TrackAxesUse::kTurning) {
@@ -329,7 +330,6 @@ bool CorrectedPath::Read(double measured_s,
       motion.jerk_mps3 += frame.third;
     }
   }
-  out->bend_mps2 = motion.acceleration_mps2 - nominal_mps2;
   return motion.position_m.allFinite() && motion.velocity_mps.allFinite();
 }
 

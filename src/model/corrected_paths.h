@@ -52,7 +52,7 @@ struct PathReading {
   PathReading(const PathReading&) = delete;  // it points to itself
   PathReading& operator=(const PathReading&) = delete;
   Motion motion;                          ///< corrected; the jerk lacks A''' delta
-  Eigen::Vector3d bend_mps2;              ///< acceleration of the corrections
+  Eigen::Vector3d given_mps, given_mps2;  ///< velocity and acceleration without the corrections
   const Eigen::Matrix3d* axes = nullptr;  ///< track axes, where a correction needs them
   std::optional<TrackAxes> turning;       ///< the same with their derivatives, where they turn
   std::size_t term_count = 0;

@@ -201,6 +201,26 @@ AxisTurn TurnAt(const PassCorrections& c, const PathReading& path, const double*
   return turn;
 }
 
+/// LookEvaluation::azimuth_unit_m. A cone of one angle turns by the acceleration across the flight,
+/// one of one Doppler by all of it; that of a given path may turn with the point where that of the
+/// corrected path does not, so that the rate has the least value that a crossing has.
+double AzimuthUnit_m(const MeasuredLook& look, const PathReading& path, const Crossing& crossing) {
+  const Eigen::Vector3d &v = path.given_mps, &a = path.given_mps2, &d = crossing.d_m;
+  const double square = v.squaredNorm();
+  switch (look.azimuth) {
+    case MeasuredLook::Azimuth::kTime: {
+      double turning = a.dot(d);
+      if (look.cone.kind == Cone::Kind::kSquint) turning -= v.dot(a) * v.dot(d) / square;
+      return std::max(square - turning, kMinConeRate * square) / std::sqrt(square);
+    }
+    case MeasuredLook::Azimuth::kDoppler:
+      return -crossing.rate_m * std::sqrt(crossing.v_mps.squaredNorm() / square);
+    case MeasuredLook::Azimuth::kNone:
+      break;
+  }
+  return 1.0;
+}
+
 /// A crossing so near a reading is read exactly by one more.
 constexpr double kNearCrossing_s = 0.05;
 constexpr int kMaxReadings = 4;
@@ -316,9 +336,7 @@ bool EvaluateMeasuredLook(const CorrectedPath& corrected,
   const double wr = weights.range_per_m, wt = weights.azimuth_per_unit;
   out->whitened_error = {wr * (range_error_m + range_rate * last_step),
                          wt * (crossing.error + last_step)};
-  out->azimuth_unit_m = crossing.unit_m;
-  // |de_d/dt| holds -f_v.a: what the corrections add to a is taken off again.
-  out->weight_unit_m = crossing.unit_m + (exact_time ? 0.0 : eq.ded_dv.dot(path.bend_mps2));
+  out->azimuth_unit_m = AzimuthUnit_m(look, path, crossing);
   out->beyond_path = beyond == Beyond::kNear;
   // Factors that turn a partial of e_d into those of the range and of the time or Doppler.
   const double of_azimuth = wt * slowness, of_range = wr * range_rate * slowness;

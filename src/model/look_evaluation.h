@@ -43,11 +43,10 @@ struct LookEvaluation {
   /// By the look's local columns; the first column_count of each row are set.
   std::array<std::array<double, ParameterLayout::kMaxLocalColumns>, 2> row;
   /// Metres along track at the target that a unit of the azimuth measurement is: |de_d/df|, or the
-  /// speed at which the look passes over it, on the corrected path without noise.
+  /// speed at which the look passes over it (docs/theory/observations.md, eq. (10b)), by velocity
+  /// and acceleration of the given path without its noise. With those of the corrected path weights
+  /// would change with every step, and steps with the weights.
   double azimuth_unit_m = 0.0;
-  /// The same on the path without the acceleration of its corrections, for weights: with those of
-  /// wide splines, weights would change with every step and steps with the weights.
-  double weight_unit_m = 0.0;
   bool beyond_path = false;  ///< the path was continued beyond its ends
 
   /// Multiplies both rows by weights; `columns` local ones are set.

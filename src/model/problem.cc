@@ -171,13 +171,17 @@ bool EvaluateErrors(const LookModel& model,
       {look, columns, state.start_m[point], state.displacement_m[point], x}, {}, out);
 }
 
-LookWeights WeightsAt(const LookSigma& sigma, double weight_unit_m) {
+LookWeights WeightsAt(const LookSigma& sigma, double azimuth_unit_m) {
   const bool metres = sigma.azimuth_unit == AzimuthUnit::kMetres;
-  return {1.0 / sigma.range_m, (metres ? weight_unit_m : 1.0) / sigma.azimuth};
+  return {1.0 / sigma.range_m, (metres ? azimuth_unit_m : 1.0) / sigma.azimuth};
 }
 
 double UpdateWeights(const BlockState& state, AdjustmentProblem* problem) {
   problem->model.Anchor(state.corrections);
+  return FormWeights(state, problem);
+}
+
+double FormWeights(const BlockState& state, AdjustmentProblem* problem) {
   const Block& block = problem->block;
   const LookModel& model = problem->model;
   const std::size_t points = block.points.size();
@@ -198,16 +202,16 @@ double UpdateWeights(const BlockState& state, AdjustmentProblem* problem) {
             const LookWeights old = problem->weights[i];
             LookWeights now = WeightsAt(sigma, 1.0);
             if (sigma.azimuth_unit == AzimuthUnit::kMetres) {
-              if (EvaluateErrors(model, state, point, i, &at)) {
-                now = WeightsAt(sigma, at.weight_unit_m);
+              const FlightPath& path = model.paths()[block.looks.pass[i]].path();
+              if (path.IsStraight() && !block.MeasuresDoppler(i)) {
+                now = WeightsAt(sigma, path.PieceVelocity_mps(0).norm());
+              } else if (EvaluateErrors(model, state, point, i, &at)) {
+                now = WeightsAt(sigma, at.azimuth_unit_m);
               } else if (old.azimuth_per_unit > 0.0) {
                 now.azimuth_per_unit = old.azimuth_per_unit;
               } else {
                 Motion motion;
-                if (!block.passes[block.looks.pass[i]].path.Evaluate(block.looks.time_s[i],
-                                                                     &motion)) {
-                  continue;
-                }
+                if (!path.Evaluate(block.looks.time_s[i], &motion)) continue;
                 now = WeightsAt(sigma, motion.velocity_mps.norm());
               }
             }

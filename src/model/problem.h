@@ -137,13 +137,17 @@ struct CorrectionModel {
                                   LookEvaluation* out);
 
 /// Weights of a look with these standard deviations where a unit of its azimuth measurement is so
-/// many metres at its target (LookEvaluation::weight_unit_m).
-[[nodiscard]] LookWeights WeightsAt(const LookSigma& sigma, double weight_unit_m);
+/// many metres at its target (LookEvaluation::azimuth_unit_m).
+[[nodiscard]] LookWeights WeightsAt(const LookSigma& sigma, double azimuth_unit_m);
 
 /// Forms the weights of every look in use at a state: an azimuth given in metres at the target
-/// becomes seconds there (LookEvaluation::weight_unit_m). A look without a value keeps its former
+/// becomes seconds there (LookEvaluation::azimuth_unit_m). A look without a value keeps its former
 /// weights, at first those of the speed of its path. Returns the largest relative change of a
 /// weight.
+double FormWeights(const BlockState& state, AdjustmentProblem* problem);
+
+/// The same where the paths are read anew for the time biases of the state
+/// (CorrectedPaths::Anchor).
 double UpdateWeights(const BlockState& state, AdjustmentProblem* problem);
 
 /// Counts of observations and parameters (model.md, section 6).

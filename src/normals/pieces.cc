@@ -656,17 +656,10 @@ void AddPointParts(const PointPieces& pieces,
                    const PointEquations& equations,
                    int rank,
                    std::vector<RankPart>* parts) {
-  std::vector<LookWeights>* const renewed = equations.weighting.renewed;
   Border& border = *equations.border;
-  if (renewed == nullptr && border.terms() == 0) return;
-  const std::vector<std::uint64_t>& offsets = equations.problem.block.looks.offsets;
+  if (border.terms() == 0) return;
   for (std::size_t place = piece.begin; place < piece.end; ++place) {
-    const std::size_t point = pieces.PointAt(place);
-    if (renewed != nullptr) {
-      const std::size_t begin = offsets[point], count = offsets[point + 1] - begin;
-      AddPart(std::as_writable_bytes(std::span(*renewed).subspan(begin, count)), rank, parts);
-    }
-    const int row = equations.bordered.RowOf(point);
+    const int row = equations.bordered.RowOf(pieces.PointAt(place));
     if (row < 0) continue;
     for (const int group : border.pattern().GroupsOf(row)) {
       for (const int column : border.pattern().groups()[AsSize(group)].columns) {

@@ -213,9 +213,9 @@ class PartialSum {
 };
 
 /// Among ranks (core/ranks.h), what each made of its pieces of a group becomes known to all: the
-/// partial sums, the weights that were renewed on the way and the rows of the border. `parts` are
-/// those of the pieces from `first` on, divided among the ranks as ForChunksOfRanks divides them.
-/// Returns the rank of each; without ranks nothing is done and all are of rank 0.
+/// partial sums and the rows of the border. `parts` are those of the pieces from `first` on,
+/// divided among the ranks as ForChunksOfRanks divides them. Returns the rank of each; without
+/// ranks nothing is done and all are of rank 0.
 std::vector<int> SharePieces(const PointPieces& pieces,
                              const BlockPattern& pattern,
                              const PointEquations& equations,

@@ -299,8 +299,7 @@ bool EvaluateWhitened(const AdjustmentProblem& problem,
                       WhitenedLook* out,
                       CurvedRows* curved) {
   out->look = look;
-  const bool renew = weighting.renewed != nullptr;
-  LookWeights weights = renew ? LookWeights{} : problem.weights[look];
+  const LookWeights& weights = problem.weights[look];
   LookCurvature curvature;
   if (!EvaluateLook(problem.model,
                     state,
@@ -311,11 +310,6 @@ bool EvaluateWhitened(const AdjustmentProblem& problem,
                     out,
                     curved != nullptr ? &curvature : nullptr)) {
     return false;
-  }
-  if (renew) {
-    weights = WeightsAt(problem.model.SigmaOf(look), out->weight_unit_m);
-    (*weighting.renewed)[look] = weights;
-    out->Scale(weights, out->columns.column_count);
   }
   const double root = ApplyLoss(weighting, out);
   if (curved != nullptr) {

@@ -23,9 +23,6 @@ struct Weighting {
   /// Adds what residuals times second derivatives make of each look (CurvedRows);
   /// damped or not, S is then summed as a difference.
   bool curved = false;
-  /// Where given, looks are weighted as UpdateWeights would at this state, and their weights put
-  /// here, by look. Else by the problem's.
-  std::vector<LookWeights>* renewed = nullptr;
 };
 
 /// One look at one state, weighted: its two equations are standard normal if the model is true.

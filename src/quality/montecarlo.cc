@@ -55,7 +55,7 @@ void SolveLook(const AdjustmentProblem& problem,
       out->azimuth[look] = azimuth;
       out->range_m[look] = block->looks.range_m[look] + at.whitened_error[0];
       out->azimuth_sigma[look] = sigma.azimuth_unit == AzimuthUnit::kMetres
-                                     ? sigma.azimuth / at.weight_unit_m
+                                     ? sigma.azimuth / at.azimuth_unit_m
                                      : sigma.azimuth;
       return;
     }

@@ -63,14 +63,9 @@ constexpr double kNear = 0.5;
 /// Changes of the cost below this part of it may be rounding: residuals of a sigma with an error of
 /// 1e-12 m in ranges of 1e4 m make 1e-13 of it, with 1e-9 m in ranges of 1e6 m 1e-10.
 constexpr double kUnclear = 1e-9;
-/// The same where weights follow a step.
-constexpr double kUnclearRenewed = 1e-5;
-/// Whole steps are compared by costs of the same weights. From the first of these Newton decrements
-/// on weights follow and steps are compared by their length; weights of a state with the second or
-/// less, or with that at which the solution is done, are kept: what is left moves none by 1e-7 of
-/// itself, a body of some hundred metres included.
-constexpr double kWeightsFollow = 0.1;
-constexpr double kWeightsKept = 1e-6;
+/// Weights that a step changes by no more than this part of them are kept; where later steps creep
+/// they are formed once more at the end.
+constexpr double kWeightsKept = 1e-9;
 /// A step below this is near enough to its end to be left alone where nothing shrinks any more.
 constexpr double kSettledAnyway = 1e-6;
 /// A step must take this part of what it promises off the cost. One that achieves the second part
@@ -206,9 +201,13 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       }
     }
     report.formed_at_state = !newton.curved;
-    report.final_cost = system.cost();  // weights may have followed
+    report.final_cost = system.cost();  // points may have followed
     return true;
   };
+  // Damped steps start with the weights of their first state.
+  bool weights_follow = options.form_weights != nullptr &&
+                        (!options.undamped || options.form_weights(*state) > kWeightsKept);
+  bool crept_on = false;  // with weights that were kept
   const bool starts = restart();
   report.initial_cost = report.final_cost = system.cost();
   if (!starts) {
@@ -221,8 +220,6 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
   bool bends = false;
   const bool least_squares = weighting.loss == RobustLoss::kNone;
   const bool can_bend = least_squares && problem.layout.size() > 0;
-  // Newton decrement where the weights of whole steps were formed.
-  double weights_decrement = asked.renewed == nullptr ? 0.0 : newton.decrement;
   for (int trial = 0; trial <= 4 * options.max_iterations; ++trial) {
     Step(progress,
          "solve",
@@ -242,12 +239,13 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     report.decrement = left / (1.0 - std::min(contraction, kMaxContraction));
     const bool settled = report.decrement <= options.settle_below ||
                          (left <= options.settle_below && refused_in_turn > 0);
-    if (settled && options.undamped &&
-        weights_decrement > std::max(kWeightsKept, options.settle_below)) {
-      weighting.renewed = asked.renewed;
-      weights_decrement = left;
-      if (!restart()) break;
-      continue;
+    if (settled && std::exchange(crept_on, false)) {
+      weights_follow = options.form_weights(*state) > kWeightsKept;
+      report.formed_at_state = false;
+      if (weights_follow) {
+        if (!restart()) break;
+        continue;
+      }
     }
     if (settled) {
       report.converged = true;
@@ -308,12 +306,10 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     const double part = kept_promise ? 0.01 : 0.1;
     const double lower = refused_in_turn > 0 ? damping : part * damping;
     const double next_damping = options.undamped ? 0.0 : std::max(kMinDamping, lower);
-    // Weights follow steps that shrink by themselves, and whole ones near the end. Else costs are
-    // compared at the same weights.
-    const bool shrinks = !options.undamped && !slow && !curved && refused_in_turn == 0;
-    const bool follow =
-        shrinks || (options.undamped && left <= kWeightsFollow && weights_decrement > kWeightsKept);
-    weighting.renewed = follow ? asked.renewed : nullptr;
+    // Weights follow whole steps, and others that shrink by themselves.
+    const bool shrinks = !slow && !curved && refused_in_turn == 0;
+    const bool follow = weights_follow && (options.undamped || shrinks);
+    const double change = follow ? options.form_weights(next) : 0.0;
     settle_below = OwnStepOf(left, problem);
     const bool was_plain = std::exchange(plain, false);
     Newton there;
@@ -322,11 +318,10 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     const bool valid = system.looks_not_evaluated() == 0 && std::isfinite(system.cost());
     const bool solved = valid && factored;
     const double gain = report.final_cost - system.cost();
-    // A gain of less than the cost's own rounding is no evidence; the step that is left keeps the
-    // digits that the cost has lost.
-    const bool other_weights = options.undamped && weighting.renewed != nullptr;
-    const double rounding = weighting.renewed == nullptr ? kUnclear : kUnclearRenewed;
-    const bool unclear = other_weights || std::abs(gain) <= rounding * report.final_cost + 1e-12;
+    // A gain of less than the cost's own rounding, or than what other weights may make of it, is no
+    // evidence; the step that is left keeps the digits that the cost has lost.
+    const bool unclear = (options.undamped && change > 0.0) ||
+                         std::abs(gain) <= (kUnclear + 2.0 * change) * report.final_cost + 1e-12;
     const bool better = solved && (unclear ? there.decrement < left : gain > kMinGain * predicted);
     if (better) {
       state->displacement_m.swap(next.displacement_m);
@@ -338,12 +333,14 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       slow = (slow && !curved) || there.decrement > kSlow * left;
       contraction = there.decrement / left;
       bends = can_bend && (slow || bend_part > kStraight);
-      if (follow) weights_decrement = there.decrement;
+      crept_on = options.undamped && options.form_weights && !follow && (slow || crept_on);
+      if (follow) weights_follow = change > kWeightsKept;
       newton = std::move(there);
       ++report.iterations;
       refused_in_turn = 0;
       continue;
     }
+    if (change > 0.0) options.form_weights(*state);
     plain = was_plain;
     kept_promise = false;
     report.formed_at_state = false;

@@ -50,11 +50,11 @@ struct PassLooks {
 [[nodiscard]] std::optional<std::size_t> PassThatLosesMore(const std::vector<PassLooks>& by_pass,
                                                            double chance = 0.05);
 
-/// Whole Newton steps on the undamped reduced equations, the weights formed anew with each: the
-/// finish of both engines. The gradient keeps digits that the cost has lost, and an undamped sum
-/// those that the solver's shorter one has. Ends where the decrement is what the tolerance asks for
-/// or no longer shrinks. `system` is formed at the state and factored when it returns true; false
-/// where the block cannot be factored there. Fills decrement and contraction of `solve`.
+/// Whole Newton steps on the undamped reduced equations, the finish of both engines; the weights
+/// follow them until they no longer change. The gradient keeps digits that the cost has lost, and
+/// an undamped sum those that the solver's shorter one has. Ends where the decrement is what the
+/// tolerance asks for or no longer shrinks. `system` is formed at the state and factored when it
+/// returns true; false where the block cannot be factored there. Fills the decrement of `solve`.
 [[nodiscard]] bool NewtonFinish(const AdjustOptions& options,
                                 AdjustmentProblem* problem,
                                 BlockState* state,
@@ -62,9 +62,9 @@ struct PassLooks {
                                 SolveReport* solve,
                                 ProgressSink* progress);
 
-/// Solves a problem by the engine that is asked for, the weights formed anew as the solution comes
-/// near; least squares end with whole Newton steps, the same for both engines. `solved`, where
-/// given, becomes the reduced system, without a loss and undamped, formed at the solution.
+/// Solves a problem by the engine that is asked for; least squares end with whole Newton steps, the
+/// same for both engines. `solved`, where given, becomes the reduced system, without a loss and
+/// undamped, formed at the solution.
 [[nodiscard]] SolveReport SolveRounds(const Weighting& weighting,
                                       const AdjustOptions& options,
                                       AdjustmentProblem* problem,

@@ -262,7 +262,8 @@ class Resection {
                               LookColumns* columns,
                               LookEvaluation* at) const {
     if (!EvaluateLook(problem_.model, state, of.point, of.look, {}, columns, at)) return false;
-    at->Scale(WeightsAt(problem_.model.SigmaOf(of.look), at->weight_unit_m), columns->column_count);
+    at->Scale(WeightsAt(problem_.model.SigmaOf(of.look), at->azimuth_unit_m),
+              columns->column_count);
     return true;
   }
 

@@ -407,9 +407,11 @@ LookAt<T> LookModelOf<T>::Evaluate(std::size_t look,
     s = s + Series<T>(local[static_cast<std::size_t>(d.column)]) * d.moves;
   }
 
-  // Metres become seconds on the path without the acceleration of its corrections.
-  Vec<T> bend;
-  for (std::size_t i = 0; i < 3; ++i) bend[i] = s[i].c2 - nominal.position[i].c2;
+  Vec<T> given_velocity, given_acceleration;
+  for (std::size_t i = 0; i < 3; ++i) {
+    given_velocity[i] = nominal.position[i].c1;
+    given_acceleration[i] = nominal.position[i].c2;
+  }
 
   // A time shift_s later: value, velocity and acceleration of the antenna and of what moves it.
   const T half = shift_s * shift_s / T(2);
@@ -543,10 +545,22 @@ LookAt<T> LookModelOf<T>::Evaluate(std::size_t look,
 
   out.range_rate = Dot(range_by_s, velocity);
   out.cone_rate = Dot(cone_by_axis, axis_rate) - Dot(cone_by_p, velocity);
-  out.along_rate = sin_tau * Dot(observation, velocity) - out.cone_rate + Dot(cone_by_axis, bend);
+  // Metres become seconds on the given path: the target moves at the speed that keeps it in the
+  // sphere and in the cone, along the cone's axis (docs/theory/observations.md, eq. (10a)).
+  const T given_speed = Norm(given_velocity);
   if (exact_time) {
     out.range_rate = T(0);
     out.cone_rate = T(-1) * rho * half_wavelength / speed * cos_tau / cos_given;
+    out.along_rate = T(-1) * out.cone_rate * nominal_speed / given_speed;
+  } else {
+    const Vec<T> axis_of_given = (T(1) / given_speed) * given_velocity;
+    const T sin_of_given = Dot(axis_of_given, observation);
+    const Vec<T> by_d = axis_of_given - sin_of_given * observation;
+    const T by_angle = doppler ? T(rho * sin_of_given / given_speed) : T(0);
+    const Vec<T> by_axis = (T(1) / given_speed) * (d - Dot(axis_of_given, d) * axis_of_given) +
+                           by_angle * axis_of_given;
+    const T rate = Dot(by_axis, given_acceleration) - Dot(by_d, given_velocity);
+    out.along_rate = sin_of_given * Dot(observation, given_velocity) - rate;
   }
   return out;
 }

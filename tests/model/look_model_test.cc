@@ -10,6 +10,7 @@
 
 #include "model/look_model_twin.h"
 #include "support/small_blocks.h"
+#include <Eigen/Geometry>
 #include <boost/multiprecision/cpp_bin_float.hpp>
 #include <gtest/gtest.h>
 
@@ -266,6 +267,67 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"orbit_measured_times", true, -3.3, true, Groups::kTimes, true},
                     Case{"orbit_measured_splines", true, 0.0, true, Groups::kSplines, true}),
     [](const testing::TestParamInfo<Case>& tested) { return std::string(tested.param.name); });
+
+/// Metres along track at its target that a unit of the azimuth of look 0 is, at corrections x.
+double AzimuthUnit_m(const test::KnownBlock& known,
+                     const std::vector<CorrectionGroup>& groups,
+                     const Eigen::VectorXd& x,
+                     const Eigen::Vector3d& displacement_m) {
+  const ParameterLayout layout = MakeParameterLayout(known.block, groups);
+  const LookModel model(known.block, layout);
+  LookColumns columns;
+  model.ColumnsOf(0, &columns);
+  std::vector<double> local(static_cast<std::size_t>(columns.column_count));
+  GatherColumns(layout, columns, x, local.data());
+  LookEvaluation at;
+  EXPECT_TRUE(
+      model.Evaluate({0, columns, known.truth_m[0], displacement_m, local.data()}, {}, &at));
+  return at.azimuth_unit_m;
+}
+
+// Second route: eq. (10a) by the rates of range and cone, without corrections.
+TEST(AzimuthUnitTest, IsTheSpeedAtWhichTheLookPassesOverItsTarget) {
+  for (const bool doppler : {false, true}) {
+    for (const double squint_deg : {-3.3, 0.0, 21.7}) {
+      const test::KnownBlock known = test::MakeBlock(test::OrbitPlan(squint_deg, doppler));
+      const Motion motion = *known.block.passes[0].path.At(known.block.looks.time_s[0]);
+      const double along_mps = LookTimeRates(known.truth_m[0],
+                                             motion.position_m,
+                                             motion.velocity_mps,
+                                             motion.acceleration_mps2,
+                                             known.block.ConeOf(0))
+                                   .along_mps;
+      EXPECT_LT(along_mps, 0.95 * motion.velocity_mps.norm());
+      EXPECT_NEAR(AzimuthUnit_m(known, {}, {}, {0, 0, 0}), along_mps, 1e-9 * along_mps);
+    }
+  }
+}
+
+// Invariance: a path that is shifted with its points, or flown faster past them, leaves the weights
+// as they are; those of its own velocity would change by a third here.
+TEST(AzimuthUnitTest, IsThatOfTheGivenPath) {
+  test::KnownBlock known = test::MakeBlock(test::OrbitPlan(0.0));
+  const Pass& pass = known.block.passes[0];
+  known.block.looks.time_s[0] = 0.5 * (pass.start_s + pass.end_s);
+  const Motion motion = *pass.path.At(known.block.looks.time_s[0]);
+  const Eigen::Vector3d across_m = motion.velocity_mps.cross(motion.position_m).normalized() * 4e5;
+  known.truth_m[0] = motion.position_m + across_m - 0.1 * motion.position_m;
+  PositionCorrection constant;
+  constant.degree = 0;
+  constant.axes = PositionCorrection::Axes::kFrame;
+  PositionCorrection drift;
+  drift.components = {true, false, false};
+  const double unit_m = AzimuthUnit_m(known, {}, {}, {0, 0, 0});
+  const Eigen::Vector3d shift_m(270.0, -310.0, 190.0);
+  Eigen::VectorXd shift =
+      Eigen::VectorXd::Zero(MakeParameterLayout(known.block, {Own("shift", constant)}).size());
+  shift.head<3>() = shift_m;
+  EXPECT_NEAR(AzimuthUnit_m(known, {Own("shift", constant)}, shift, shift_m), unit_m, 1e-8);
+  Eigen::VectorXd faster =
+      Eigen::VectorXd::Zero(MakeParameterLayout(known.block, {Own("drift", drift)}).size());
+  faster[1] = motion.velocity_mps.norm() * (pass.end_s - pass.start_s) / 6.0;
+  EXPECT_NEAR(AzimuthUnit_m(known, {Own("drift", drift)}, faster, {0, 0, 0}), unit_m, 1e-8);
+}
 
 /// One look of an aircraft block with time bias and troposphere.
 class LookModelDomainTest : public testing::Test {

@@ -144,11 +144,12 @@ AdjustOptions Biased(const SceneBlock& made, int degree) {
 }
 
 // Recorded flights whose states carry noise: where their paths are read must not depend on the way
-// that an engine takes to the solution.
+// that an engine takes to the solution. With 150 points `uav` of degree 2 has two minima, costs
+// 416.3 and 417.4, and a warning that its equations are not linear (curvature 1.2 and more).
 TEST(RecordedEnginesTest, GiveTheSameOnRecordedFlightsWithTimeBiases) {
   for (const char* const name : {"uav", "airborne-turbulent"}) {
     const SceneBlock made =
-        test::SimulatedSceneBlock("scenes/recorded", name, {"points.count=150"});
+        test::SimulatedSceneBlock("scenes/recorded", name, {"points.count=200"});
     for (const int degree : {0, 2}) {
       SCOPED_TRACE(std::string(name) + " " + std::to_string(degree));
       AdjustOptions options = Biased(made, degree);
@@ -538,8 +539,8 @@ TEST(PointsFollowTest, APointIsMovedUntilItIsSettled) {
   EXPECT_GT(moved, 100U);
 }
 
-// A solution that is done at a rough tolerance needs its weights formed once, not until they are
-// those of a finer one.
+// Weights are formed at the states of the finish until they no longer change, the system once for
+// each step; a looser tolerance needs no more of either.
 TEST(ReducedEngineTest, FormsNoMoreForALooserTolerance) {
   const SceneBlock made = test::SmallSceneBlock("earth-same-side");
   int formed = std::numeric_limits<int>::max();
@@ -550,10 +551,14 @@ TEST(ReducedEngineTest, FormsNoMoreForALooserTolerance) {
     ASSERT_TRUE(SolveReduced(at.problem, {}, options, &at.state, nullptr).converged);
     options.undamped = true;
     options.settle_below = tolerance;
-    Weighting weighting;
-    weighting.renewed = &at.problem.weights;
-    const SolveReport report = SolveReduced(at.problem, weighting, options, &at.state, nullptr);
+    double change = 1.0;
+    options.form_weights = [&](const BlockState& state) {
+      EXPECT_GT(change, 1e-9) << tolerance;
+      return change = FormWeights(state, &at.problem);
+    };
+    const SolveReport report = SolveReduced(at.problem, {}, options, &at.state, nullptr);
     EXPECT_TRUE(report.converged) << tolerance;
+    EXPECT_LT(FormWeights(at.state, &at.problem), 1e-6) << tolerance;
     EXPECT_LE(report.formed, formed) << tolerance;
     EXPECT_LE(report.formed, report.iterations + 2) << tolerance;
     formed = report.formed;

@@ -112,9 +112,9 @@ class CorrectedFlight {
 
   /// Metres along track at the target per unit of the azimuth measurement, the speed at which the
   /// look passes over it [m/s] or |de_d/df| [m/Hz], for a point at p: a standard deviation in
-  /// metres over this is time_sigma_s. The acceleration of the corrections is left out of it.
-  /// `arrays` empty: all corrections zero, which changes it by a few 1e-5. NaN where the look has
-  /// no value. The range is not used.
+  /// metres over this is time_sigma_s. Velocity and acceleration are those of the given path
+  /// (docs/theory/observations.md, eq. (10b)). `arrays` empty: all corrections zero, which moves
+  /// the line of sight alone. NaN where the look has no value. The range is not used.
   [[nodiscard]] double AzimuthUnit_m(const LookMeasurement& look,
                                      const Eigen::Vector3d& p_m,
                                      std::span<double* const> arrays = {}) const;
