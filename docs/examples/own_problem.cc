@@ -17,7 +17,7 @@
 #include <sarblock/core/statistics.h>
 #include <sarblock/cost/look_cost.h>
 #include <sarblock/cost/problem_covariance.h>
-#include <sarblock/geometry/predict_look.h>
+#include <sarblock/geometry/look_equations.h>
 
 using Eigen::Vector3d;
 

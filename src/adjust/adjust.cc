@@ -31,10 +31,10 @@
 #include "selection/selection.h"
 #include "selection/simplify.h"
 #include "solve/inner_datum.h"
-#include "solve/point_defects.h"
 #include "solve/reduced_engine.h"
 #include "solve/start.h"
 #include "solve/structure.h"
+#include "solve/weak_directions.h"
 
 namespace sarblock {
 namespace {

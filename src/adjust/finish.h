@@ -11,7 +11,7 @@
 #include "model/problem.h"
 #include "normals/point.h"
 #include "quality/verdict_tests.h"
-#include "solve/point_defects.h"
+#include "solve/weak_directions.h"
 
 namespace sarblock {
 

@@ -18,9 +18,9 @@
 #include "quality/point_sweep.h"
 #include "reduction/reduction.h"
 #include "solve/inner_datum.h"
-#include "solve/point_defects.h"
 #include "solve/rank.h"
 #include "solve/structure.h"
+#include "solve/weak_directions.h"
 
 namespace sarblock {
 namespace {

@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "geometry/predict_look_inline.h"
+#include "geometry/look_equations_inline.h"
 
 namespace sarblock {
 namespace {

@@ -11,8 +11,8 @@
 
 #include "model/problem.h"
 #include "normals/reduced_system.h"
-#include "solve/point_defects.h"
 #include "solve/reduced_engine.h"
+#include "solve/weak_directions.h"
 
 namespace sarblock {
 

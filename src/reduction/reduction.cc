@@ -4,7 +4,6 @@
 #include "sarblock/core/error.h"
 #include "sarblock/geometry/frame.h"
 #include "sarblock/geometry/look_equations.h"
-#include "sarblock/geometry/predict_look.h"
 #include "sarblock/reduction/reduction.h"
 
 #include <algorithm>

@@ -12,7 +12,7 @@
 #include "ceres_engine.h"
 #include "model/problem.h"
 #include "normals/reduced_system.h"
-#include "point_defects.h"
+#include "weak_directions.h"
 
 namespace sarblock {
 

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "solve/point_defects.h"
+#include "solve/weak_directions.h"
 #include "support/small_blocks.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a look measures, predicted. Evidence: a closed form, difference quotients, invariance.
-#include "sarblock/geometry/predict_look.h"
+#include "sarblock/geometry/look_equations.h"
 
 #include <cmath>
 #include <limits>
