@@ -178,10 +178,6 @@ LookWeights WeightsAt(const LookSigma& sigma, double azimuth_unit_m) {
 
 double UpdateWeights(const BlockState& state, AdjustmentProblem* problem) {
   problem->model.Anchor(state.corrections);
-  return FormWeights(state, problem);
-}
-
-double FormWeights(const BlockState& state, AdjustmentProblem* problem) {
   const Block& block = problem->block;
   const LookModel& model = problem->model;
   const std::size_t points = block.points.size();

@@ -144,10 +144,6 @@ struct CorrectionModel {
 /// becomes seconds there (LookEvaluation::azimuth_unit_m). A look without a value keeps its former
 /// weights, at first those of the speed of its path. Returns the largest relative change of a
 /// weight.
-double FormWeights(const BlockState& state, AdjustmentProblem* problem);
-
-/// The same where the paths are read anew for the time biases of the state
-/// (CorrectedPaths::Anchor).
 double UpdateWeights(const BlockState& state, AdjustmentProblem* problem);
 
 /// Counts of observations and parameters (model.md, section 6).

@@ -31,7 +31,8 @@ class KeptFactors {
             const PointColumns& columns);
 
   /// Among ranks (core/ranks.h) every rank has all parts afterwards; `rank_of_part` has kept a
-  /// part, which is of the points of the piece of its number.
+  /// part, which is of the points of the piece of its number. Factors computed anew at weights that
+  /// were formed on the way (Weighting::renewed) would differ in their last digit.
   void Share(const PointPieces& pieces, const std::vector<int>& rank_of_part);
 
   /// R, the blocks of a point with their columns, and T, 3 x width row by row, in the memory it was

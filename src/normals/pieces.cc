@@ -581,6 +581,7 @@ void PartialSum::Add(const PointEquations& equations, std::size_t point, PieceSc
   const bool damped = equations.damping != 0.0;
   PointFactor& factor = scratch->factor;
   scratch->terms.columns.t.clear();
+  factor.weight_change = 0.0;
   FactorPoint(problem, equations.state, equations.weighting, equations.damping, point, &factor);
   if (equations.following != nullptr && SettlePoint(problem,
                                                     equations.weighting,
@@ -594,6 +595,7 @@ void PartialSum::Add(const PointEquations& equations, std::size_t point, PieceSc
   totals_.cost += factor.cost;
   totals_.not_evaluated += factor.looks_not_evaluated;
   totals_.beyond_path += factor.looks_beyond_path;
+  totals_.weight_change = std::max(totals_.weight_change, factor.weight_change);
   for (Eigen::Index k = 0; k < 3; ++k) {
     if (!(factor.square[k] > 0.0)) continue;
     const double g = factor.gradient[k];
@@ -656,10 +658,17 @@ void AddPointParts(const PointPieces& pieces,
                    const PointEquations& equations,
                    int rank,
                    std::vector<RankPart>* parts) {
+  std::vector<LookWeights>* const renewed = equations.weighting.renewed;
   Border& border = *equations.border;
-  if (border.terms() == 0) return;
+  if (renewed == nullptr && border.terms() == 0) return;
+  const std::vector<std::uint64_t>& offsets = equations.problem.block.looks.offsets;
   for (std::size_t place = piece.begin; place < piece.end; ++place) {
-    const int row = equations.bordered.RowOf(pieces.PointAt(place));
+    const std::size_t point = pieces.PointAt(place);
+    if (renewed != nullptr) {
+      const std::size_t begin = offsets[point], count = offsets[point + 1] - begin;
+      AddPart(std::as_writable_bytes(std::span(*renewed).subspan(begin, count)), rank, parts);
+    }
+    const int row = equations.bordered.RowOf(point);
     if (row < 0) continue;
     for (const int group : border.pattern().GroupsOf(row)) {
       for (const int column : border.pattern().groups()[AsSize(group)].columns) {

@@ -134,7 +134,7 @@ struct NormalSums {
 
 /// Numbers of points without a place in S.
 struct PointTotals {
-  double cost = 0.0, step_square = 0.0, gradient_square = 0.0;
+  double cost = 0.0, step_square = 0.0, gradient_square = 0.0, weight_change = 0.0;
   int not_evaluated = 0, beyond_path = 0;
   bool any_subtracted = false;  ///< a point was added as a difference
 };
@@ -213,9 +213,9 @@ class PartialSum {
 };
 
 /// Among ranks (core/ranks.h), what each made of its pieces of a group becomes known to all: the
-/// partial sums and the rows of the border. `parts` are those of the pieces from `first` on,
-/// divided among the ranks as ForChunksOfRanks divides them. Returns the rank of each; without
-/// ranks nothing is done and all are of rank 0.
+/// partial sums, the weights that were renewed on the way and the rows of the border. `parts` are
+/// those of the pieces from `first` on, divided among the ranks as ForChunksOfRanks divides them.
+/// Returns the rank of each; without ranks nothing is done and all are of rank 0.
 std::vector<int> SharePieces(const PointPieces& pieces,
                              const BlockPattern& pattern,
                              const PointEquations& equations,

@@ -172,6 +172,7 @@ void EvaluateLooks(const AdjustmentProblem& problem,
     if (curved != nullptr) out->curved_count += CurvedRows::kPerLook;
     if (look.beyond_path) ++out->looks_beyond_path;
     out->cost += look.cost;
+    out->weight_change = std::max(out->weight_change, look.weight_change);
     if (weighting.second_order) BendAlongResidual(&look);
     ++out->look_count;
   }
@@ -299,7 +300,9 @@ bool EvaluateWhitened(const AdjustmentProblem& problem,
                       WhitenedLook* out,
                       CurvedRows* curved) {
   out->look = look;
-  const LookWeights& weights = problem.weights[look];
+  out->weight_change = 0.0;
+  const bool renew = weighting.renewed != nullptr;
+  LookWeights weights = renew ? LookWeights{} : problem.weights[look];
   LookCurvature curvature;
   if (!EvaluateLook(problem.model,
                     state,
@@ -310,6 +313,13 @@ bool EvaluateWhitened(const AdjustmentProblem& problem,
                     out,
                     curved != nullptr ? &curvature : nullptr)) {
     return false;
+  }
+  if (renew) {
+    weights = WeightsAt(problem.model.SigmaOf(look), out->azimuth_unit_m);
+    LookWeights& kept = (*weighting.renewed)[look];
+    out->weight_change = std::abs(weights.azimuth_per_unit / kept.azimuth_per_unit - 1.0);
+    kept = weights;
+    out->Scale(weights, out->columns.column_count);
   }
   const double root = ApplyLoss(weighting, out);
   if (curved != nullptr) {

@@ -23,6 +23,9 @@ struct Weighting {
   /// Adds what residuals times second derivatives make of each look (CurvedRows);
   /// damped or not, S is then summed as a difference.
   bool curved = false;
+  /// Where given, the weights of the problem: looks are weighted as UpdateWeights would at this
+  /// state, and their weights put there. Else they are weighted as they are.
+  std::vector<LookWeights>* renewed = nullptr;
 };
 
 /// One look at one state, weighted: its two equations are standard normal if the model is true.
@@ -30,8 +33,9 @@ struct Weighting {
 struct WhitenedLook : LookEvaluation {
   std::size_t look = 0;  ///< index in the block
   LookColumns columns;
-  double cost = 0.0;    ///< half the squared length, robust loss applied
-  double radial = 1.0;  ///< RobustValue::radial
+  double weight_change = 0.0;  ///< relative, of the azimuth, where weights are renewed
+  double cost = 0.0;           ///< half the squared length, robust loss applied
+  double radial = 1.0;         ///< RobustValue::radial
 };
 
 /// What the errors of a look times its second derivatives (LookCurvature) add to J'J: the sum over
@@ -63,6 +67,8 @@ struct PointFactor {
   int looks_not_evaluated = 0;
   int looks_beyond_path = 0;  ///< that read a path continued beyond its ends
   double cost = 0.0;          ///< half the square sum, robust loss applied
+  /// Largest WhitenedLook::weight_change of all evaluations since it was set to 0.
+  double weight_change = 0.0;
 
   int row_count = 0;
   std::vector<double> q;  ///< row_count x 3, column by column

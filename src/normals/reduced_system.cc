@@ -43,6 +43,7 @@ void ReducedSystem::Form(const BlockState& state,
                          ProgressSink* progress,
                          double damping) {
   damping_ = damping;
+  weight_change_ = 0.0;  // of both sums: the second finds the weights of the first
   const std::size_t points = problem_.block.points.size();
   sarblock::Step(progress, "linearise", 0, points);
   if (Ranks* const ranks = RanksScope::Current(); ranks != nullptr) {
@@ -177,6 +178,7 @@ bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, boo
       gradient_ = std::max(gradient_, std::sqrt(of_piece.gradient_square));
       looks_not_evaluated_ += of_piece.not_evaluated;
       looks_beyond_path_ += of_piece.beyond_path;
+      weight_change_ = std::max(weight_change_, of_piece.weight_change);
       subtracted |= of_piece.any_subtracted;
     }
     first = end;

@@ -100,6 +100,8 @@ class ReducedSystem {
   [[nodiscard]] int looks_not_evaluated() const { return looks_not_evaluated_; }
   /// Looks that read a path continued beyond its ends: allowed on the way, not at a solution.
   [[nodiscard]] int looks_beyond_path() const { return looks_beyond_path_; }
+  /// Largest relative change of a weight of an azimuth where weights were renewed.
+  [[nodiscard]] double weight_change() const { return weight_change_; }
   /// Points whose own equations are rank deficient, ascending.
   [[nodiscard]] const std::vector<WeakPoint>& weak_points() const { return weak_points_; }
   /// Largest |g_i| / sqrt(H_ii) over points and corrections, dimensionless.
@@ -170,6 +172,7 @@ class ReducedSystem {
   double point_step_square_ = 0.0;
   int looks_not_evaluated_ = 0;
   int looks_beyond_path_ = 0;
+  double weight_change_ = 0.0;
 };
 
 }  // namespace sarblock

@@ -155,6 +155,9 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
   ReducedSystem& system = *formed;
   // Reweighting brings a solution near from anywhere and then creeps; second order finishes it.
   Weighting weighting = asked;
+  weighting.renewed = nullptr;  // but where the system is formed
+  bool renews = asked.renewed != nullptr;
+  double change = 0.0;  // of the weights, at the last state that was formed
   double& damping = report.damping;
   damping = options.undamped ? 0.0 : std::clamp(options.damping, kFirstDamping, kMaxKeptDamping);
   double settle_below = kMaxOwnStep;
@@ -166,11 +169,14 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
   bool curved = false;
   bool plain = false;  // without second derivatives at the present state
   const auto form = [&](BlockState* at, double with_damping) {
+    Weighting renewing = weighting;
+    if (renews) renewing.renewed = asked.renewed;
     if (options.points_follow) {
-      system.FormSettled(weighting, with_damping, settle_below, at, nullptr);
+      system.FormSettled(renewing, with_damping, settle_below, at, nullptr);
     } else {
-      system.Form(*at, weighting, nullptr, with_damping);
+      system.Form(*at, renewing, nullptr, with_damping);
     }
+    change = std::max(change, system.weight_change());
     ++report.formed;
   };
   const auto solve = [&](Newton* out) {
@@ -183,6 +189,7 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
   };
   // Forms a state and solves it; where the second derivatives leave no minimum, without them.
   const auto form_and_solve = [&](BlockState* at, double with_damping, Newton* out) {
+    change = 0.0;
     weighting.curved = curved && !plain;
     form(at, with_damping);
     if (solve(out)) return true;
@@ -201,14 +208,13 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       }
     }
     report.formed_at_state = !newton.curved;
-    report.final_cost = system.cost();  // points may have followed
+    report.final_cost = system.cost();  // weights and points may have followed
     return true;
   };
-  // Damped steps start with the weights of their first state.
-  bool weights_follow = options.form_weights != nullptr &&
-                        (!options.undamped || options.form_weights(*state) > kWeightsKept);
   bool crept_on = false;  // with weights that were kept
   const bool starts = restart();
+  // Damped steps start with the weights of their first state.
+  bool weights_follow = renews && (!options.undamped || change > kWeightsKept);
   report.initial_cost = report.final_cost = system.cost();
   if (!starts) {
     report.message = "the equations at the start cannot be solved";
@@ -227,7 +233,7 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
          static_cast<std::size_t>(options.max_iterations),
          "cost " + std::to_string(report.final_cost) + left_text);
     weighting.curved = newton.curved;
-    const double left = newton.decrement;
+    double left = newton.decrement;
     left_text = ", newton decrement " + Rounded(left) + " sigmas";
     if (weighting.loss != RobustLoss::kNone && !weighting.second_order && left <= kNear) {
       weighting.second_order = true;
@@ -240,12 +246,11 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     const bool settled = report.decrement <= options.settle_below ||
                          (left <= options.settle_below && refused_in_turn > 0);
     if (settled && std::exchange(crept_on, false)) {
-      weights_follow = options.form_weights(*state) > kWeightsKept;
-      report.formed_at_state = false;
-      if (weights_follow) {
-        if (!restart()) break;
-        continue;
-      }
+      renews = true;
+      if (!restart()) break;
+      weights_follow = change > kWeightsKept;
+      if (weights_follow) continue;
+      report.decrement = left = newton.decrement;
     }
     if (settled) {
       report.converged = true;
@@ -308,8 +313,7 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     const double next_damping = options.undamped ? 0.0 : std::max(kMinDamping, lower);
     // Weights follow whole steps, and others that shrink by themselves.
     const bool shrinks = !slow && !curved && refused_in_turn == 0;
-    const bool follow = weights_follow && (options.undamped || shrinks);
-    const double change = follow ? options.form_weights(next) : 0.0;
+    renews = weights_follow && (options.undamped || shrinks);
     settle_below = OwnStepOf(left, problem);
     const bool was_plain = std::exchange(plain, false);
     Newton there;
@@ -333,14 +337,13 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       slow = (slow && !curved) || there.decrement > kSlow * left;
       contraction = there.decrement / left;
       bends = can_bend && (slow || bend_part > kStraight);
-      crept_on = options.undamped && options.form_weights && !follow && (slow || crept_on);
-      if (follow) weights_follow = change > kWeightsKept;
+      crept_on = options.undamped && asked.renewed != nullptr && !renews && (slow || crept_on);
+      if (renews) weights_follow = change > kWeightsKept;
       newton = std::move(there);
       ++report.iterations;
       refused_in_turn = 0;
       continue;
     }
-    if (change > 0.0) options.form_weights(*state);
     plain = was_plain;
     kept_promise = false;
     report.formed_at_state = false;

@@ -5,7 +5,6 @@
 #include "sarblock/model/options.h"
 
 #include <cstddef>
-#include <functional>
 #include <limits>
 #include <string>
 
@@ -58,10 +57,6 @@ struct SolveOptions {
   /// given up where four times
   /// what the next Newton step promises (the equations are bent) would not bring it there.
   double useless_above = std::numeric_limits<double>::infinity();  ///< of SolveReduced
-  /// Where given, forms the weights of the problem at a state and returns their largest relative
-  /// change (FormWeights): called at each state until they no longer change, but not while steps
-  /// creep or are refused; of SolveReduced.
-  std::function<double(const BlockState&)> form_weights;
 };
 
 /// A tolerance for a block of so many points: few unknowns share what is left among them, and one

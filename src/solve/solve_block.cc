@@ -128,8 +128,8 @@ bool NewtonFinish(const AdjustOptions& options,
   finish.max_iterations =
       std::clamp(options.max_iterations - solve->iterations, 0, kMaxFinishingSteps);
   finish.settle_below = ToleranceFor(options.tolerance, *problem);
-  finish.form_weights = [problem](const BlockState& at) { return FormWeights(at, problem); };
-  const SolveReport report = SolveReduced(*problem, {}, finish, system, state, progress);
+  const SolveReport report =
+      SolveReduced(*problem, {.renewed = &problem->weights}, finish, system, state, progress);
   solve->iterations += report.iterations;
   solve->final_cost = report.final_cost;
   solve->curved = solve->curved || report.curved;
@@ -176,6 +176,8 @@ SolveReport SolveRounds(const Weighting& weighting,
   std::optional<ReducedSystem> own;
   std::optional<ReducedSystem>& system = solved == nullptr ? own : *solved;
   system.emplace(*problem, KeptFactors::kMaxBytes);
+  Weighting weighted = weighting;
+  if (least_squares) weighted.renewed = &problem->weights;
   bool finished = false;  // at the places where the paths were read
   for (int round = 0; round < kMaxRounds; ++round) {
     SolveOptions solve;
@@ -190,9 +192,6 @@ SolveReport SolveRounds(const Weighting& weighting,
     solve.settle_below = approach ? kApproached : std::max(options.tolerance, near_enough);
     solve.take_last_step = approach && least_squares;
     solve.ceres_solver = options.ceres_solver;
-    if (least_squares) {
-      solve.form_weights = [problem](const BlockState& at) { return FormWeights(at, problem); };
-    }
     bool comes_near = !finished;
     if (approach && ceres) {
       const SolveReport report = SolveWithCeres(*problem, weighting, solve, state, progress);
@@ -202,7 +201,7 @@ SolveReport SolveRounds(const Weighting& weighting,
       solve.max_iterations = std::max(1, allowed - total.iterations);
     }
     if (comes_near) {
-      AddTo(SolveReduced(*problem, weighting, solve, &*system, state, progress), &total);
+      AddTo(SolveReduced(*problem, weighted, solve, &*system, state, progress), &total);
     }
     if (least_squares) {
       if (round == 0) problem->model.Anchor(state->corrections);

@@ -120,8 +120,8 @@ TEST(PointPiecesTest, ThreadsDoNotChangeAByteOfTheSums) {
   }
 }
 
-// Invariance: what ranks make of their pieces is what one process makes, in the order of the block
-// and in that of the passes.
+// Invariance: what ranks make of their pieces is what one process makes, weights included, in the
+// order of the block and in that of the passes.
 TEST(PointPiecesTest, RanksDoNotChangeAByteOfTheSums) {
   for (const bool shuffled : {false, true}) {
     const test::KnownBlock known = Strip(5000, shuffled);
@@ -129,17 +129,22 @@ TEST(PointPiecesTest, RanksDoNotChangeAByteOfTheSums) {
     const BlockState state = StateAt(known, &problem);
     BlockState moved = state;
     moved.corrections.setConstant(1.9);
+    std::vector<LookWeights> weights = problem.weights;
     ReducedSystem alone(problem);
-    alone.Form(moved, {}, nullptr);
+    alone.Form(moved, {.renewed = &weights}, nullptr);
+    EXPECT_FALSE(SameBytes(weights, problem.weights));
     for (const int size : {2, 3}) {
       test::RunRanks(size, [&](Ranks*) {
+        std::vector<LookWeights> shared = problem.weights;
         ReducedSystem system(problem);
         EXPECT_GT(system.pieces().size(), 32U);
-        system.Form(moved, {}, nullptr);
+        system.Form(moved, {.renewed = &shared}, nullptr);
         EXPECT_TRUE(SameBytes(system.matrix().sparse.values(), alone.matrix().sparse.values()));
         EXPECT_TRUE(SameBytes(system.right_side(), alone.right_side()));
         EXPECT_TRUE(SameBytes(system.full_diagonal(), alone.full_diagonal()));
+        EXPECT_TRUE(SameBytes(shared, weights));
         EXPECT_EQ(system.cost(), alone.cost());
+        EXPECT_EQ(system.weight_change(), alone.weight_change());
         EXPECT_EQ(system.gradient(), alone.gradient());
         EXPECT_EQ(system.point_step_square(), alone.point_step_square());
       });
