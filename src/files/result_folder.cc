@@ -291,10 +291,10 @@ void ReadResultLooks(ResultReading* reading) {
   const auto table = reading->source.Require("residuals", kColumns);
   ResultLooks& looks = reading->result.looks;
   const std::array<std::pair<std::size_t, std::vector<float>*>, 10> quality{
-      {{kColumns("range_redundancy"), &looks.redundancy[0]},
-       {kColumns("azimuth_redundancy"), &looks.redundancy[1]},
-       {kColumns("range_w"), &looks.w[0]},
-       {kColumns("azimuth_w"), &looks.w[1]},
+      {{kColumns("range_redundancy"), &looks.quality.redundancy[0]},
+       {kColumns("azimuth_redundancy"), &looks.quality.redundancy[1]},
+       {kColumns("range_w"), &looks.quality.w[0]},
+       {kColumns("azimuth_w"), &looks.quality.w[1]},
        {kColumns("range_tau"), &looks.tau[0]},
        {kColumns("azimuth_tau"), &looks.tau[1]},
        {kColumns("range_mdb_m"), &looks.mdb_m[0]},
@@ -306,8 +306,8 @@ void ReadResultLooks(ResultReading* reading) {
        {kColumns("pixel"), &looks.pixel_px},
        {kColumns("line_residual_px"), &looks.line_residual_px},
        {kColumns("pixel_residual_px"), &looks.pixel_residual_px},
-       {kColumns("reduction_range_m"), &looks.reduction_range_m},
-       {kColumns("reduction_time_s"), &looks.reduction_time_s}}};
+       {kColumns("reduction_range_m"), &reading->result.reductions.range_m},
+       {kColumns("reduction_time_s"), &reading->result.reductions.time_s}}};
   IdFinder passes("pass", reading->pass_ids, kSummaryFile);
   IdFinder points("point", reading->result.points.ids, kPointsFile);
   ForRows(table.get(), [&](const Row& row) {
@@ -336,6 +336,7 @@ void ReadResultControl(ResultReading* reading) {
   IdFinder points("point", reading->result.points.ids, kPointsFile);
   ForRows(table.get(), [&](const Row& row) {
     ResultControl control;
+    control.shift_m = kNotGiven;
     control.point = points.Find(row, kColumns("point"));
     constexpr std::string_view kComponents = "enu";
     const std::string_view component = row.Text(kColumns("component"));

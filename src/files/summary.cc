@@ -117,9 +117,9 @@ void List(const Members& members, T& group) {
   members("upper", group.band.upper);
 }
 
-template <typename Members, Either<ResultReduction> T>
-void List(const Members& members, T& reduction) {
-  members("pass", reduction.pass);
+template <typename Members, Either<ReductionTerm> T>
+void List(const Members& members, T& reduction, const std::vector<std::string>& passes) {
+  members.Choice("pass", reduction.pass, passes);
   members("term", reduction.term);
   members("unit", reduction.unit);
   members("mean", reduction.mean);
@@ -184,8 +184,8 @@ void List(const Members& members, T& file) {
 
 template <typename Members, typename T>
 void ListAcceptance(const Members& members, T& test) {
-  members.Required("lower", test.lower);
-  members.Required("upper", test.upper);
+  members.Required("lower", test.chi_square.lower);
+  members.Required("upper", test.chi_square.upper);
   members.Required("level", test.level);
   members.Required("passed", test.passed);
 }
@@ -218,22 +218,23 @@ void ListSolution(const Members& members, T& result) {
   members.Required("sigma0_squared", result.sigma0_squared);
 }
 
-template <typename T>
-Json Written(const T& value) {
+/// `names` is what List() takes beside the value.
+template <typename T, typename... Names>
+Json Written(const T& value, const Names&... names) {
   Json json = Json::object();
-  List(MemberWriter(&json), value);
+  List(MemberWriter(&json), value, names...);
   return json;
 }
-template <typename T>
-Json WrittenAll(const std::vector<T>& values) {
+template <typename T, typename... Names>
+Json WrittenAll(const std::vector<T>& values, const Names&... names) {
   Json list = Json::array();
-  for (const T& value : values) list.push_back(Written(value));
+  for (const T& value : values) list.push_back(Written(value, names...));
   return list;
 }
-template <typename T>
-T ReadAs(const JsonValue& section) {
+template <typename T, typename... Names>
+T ReadAs(const JsonValue& section, const Names&... names) {
   T value{};
-  List(MemberReader(section), value);
+  List(MemberReader(section), value, names...);
   return value;
 }
 
@@ -339,20 +340,11 @@ Json Curvatures(const AdjustResult& result) {
   return curvatures;
 }
 
-ResultTest TestOf(const GlobalTest& test, const AdjustTable& options) {
-  return {test.sigma0_squared,
-          test.redundancy,
-          test.chi_square.lower,
-          test.chi_square.upper,
-          options.test_level,
-          test.passed};
-}
-
 /// The test of the result as it is.
 ResultTest TestOf(const AdjustResult& result, const AdjustTable& options) {
-  return TestOf(
+  return {
       {result.sigma0_squared, result.test_redundancy, result.chi_square, result.chi_square_passed},
-      options);
+      options.test_level};
 }
 
 Json ChiSquare(const AdjustTable& options, const AdjustResult& result) {
@@ -363,13 +355,11 @@ Json ChiSquare(const AdjustTable& options, const AdjustResult& result) {
   return json;
 }
 
-Json ReductionsJson(const Block& block, const AdjustResult& result) {
-  Json terms = Json::array();
-  for (const ReductionTerm& term : result.reductions.terms) {
-    terms.push_back(Written(ResultReduction{
-        block.passes[term.pass].id, term.term, term.unit, term.mean, term.least, term.largest}));
-  }
-  return terms;
+template <typename PassList>
+std::vector<std::string> IdsOf(const PassList& passes) {
+  std::vector<std::string> ids;
+  for (const auto& pass : passes) ids.push_back(pass.id);
+  return ids;
 }
 
 Json Selection(const SelectionReport& selection) {
@@ -555,7 +545,7 @@ Json VarianceComponentsSection(const AdjustTable& options, const AdjustResult& r
   Json section;
   section["iterations"] = report.iterations;
   section["converged"] = report.converged;
-  section["before"] = Written(TestOf(report.before, options));
+  section["before"] = Written(ResultTest{report.before, options.test_level});
   section["after"] = Written(TestOf(result, options));
   section["components"] = WrittenAll(report.components);
   return section;
@@ -657,7 +647,9 @@ std::string SummaryText(const Block& block,
   summary["sigma_scaled_by_posterior"] = options.scale_by_posterior;
   summary["chi_square"] = ChiSquare(options, result);
   summary["groups"] = WrittenAll(result.assessment.groups);
-  if (!result.reductions.terms.empty()) summary["reductions"] = ReductionsJson(block, result);
+  if (!result.reductions.terms.empty()) {
+    summary["reductions"] = WrittenAll(result.reductions.terms, IdsOf(block.passes));
+  }
   if (!result.checks.empty()) {
     summary["check_points"] =
         CheckPointsJson(result.assessment.checks, LevelOfOneTest(options.test_level));
@@ -721,9 +713,14 @@ std::vector<JsonValue> EntriesIn(const JsonValue& section, const char* name) {
   return value ? value->Entries() : std::vector<JsonValue>();
 }
 
-template <typename T>
-void ReadAll(const JsonValue& section, const char* name, std::vector<T>* values) {
-  for (const JsonValue& entry : EntriesIn(section, name)) values->push_back(ReadAs<T>(entry));
+template <typename T, typename... Names>
+void ReadAll(const JsonValue& section,
+             const char* name,
+             std::vector<T>* values,
+             const Names&... names) {
+  for (const JsonValue& entry : EntriesIn(section, name)) {
+    values->push_back(ReadAs<T>(entry, names...));
+  }
 }
 
 Frame ReadFrame(const JsonValue& frame) {
@@ -797,7 +794,6 @@ void ReadSections(const JsonValue& root, ResultSummary* summary) {
     if (std::isnan(read.redundancy)) read.redundancy = summary->Count("redundancy");
   }
   ReadAll(root, "groups", &summary->groups);
-  ReadAll(root, "reductions", &summary->reductions);
   ReadAll(root, "differences", &summary->differences);
   if (const auto checks = root.Find("check_points")) {
     summary->checks = {In<std::size_t>(*checks, "points"),
@@ -871,6 +867,7 @@ void ReadSummary(const TableSource& source, ResultFile* result) {
   ListSolution(MemberReader(root), summary);
   summary.sigma_scaled_by_posterior = root.Require("sigma_scaled_by_posterior").Flag();
   ReadSections(root, &summary);
+  ReadAll(root, "reductions", &result->reductions.terms, IdsOf(result->passes));
   summary.covariance = root.Require("covariance").Text();
   summary.condition = root.Require("condition").Number();
   for (const auto& [name, stage] : root.Require("stages").Members()) {

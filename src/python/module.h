@@ -111,6 +111,15 @@ struct ResultData {
   [[nodiscard]] const std::vector<StripStation>& strips() const {
     return file ? file->strips : solved->result.strips;
   }
+  [[nodiscard]] const LookResults& looks() const {
+    return file ? file->looks : solved->result.looks;
+  }
+  [[nodiscard]] const LookQuality& quality() const {
+    return file ? file->looks.quality : solved->result.quality;
+  }
+  [[nodiscard]] const Reductions& reductions() const {
+    return file ? file->reductions : solved->result.reductions;
+  }
   [[nodiscard]] const std::vector<PairResult>& pairs() const {
     return file ? file->pairs : solved->result.pairs;
   }

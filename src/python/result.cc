@@ -171,25 +171,6 @@ py::object Reasons(const ResultData& data) {
   });
 }
 
-/// A column of the looks: in a result that was read it is in another structure.
-template <typename Number>
-py::object LookColumn(const py::handle& self,
-                      const ResultData& data,
-                      std::vector<Number> files::ResultLooks::*read,
-                      std::vector<Number> LookResults::*solved) {
-  if (data.file) return OptionalView(self, data.file->looks.*read);
-  return OptionalView(self, data.solved->result.looks.*solved);
-}
-
-py::object QualityColumn(const py::handle& self,
-                         const ResultData& data,
-                         std::array<std::vector<float>, 2> files::ResultLooks::*read,
-                         std::array<std::vector<float>, 2> LookQuality::*solved,
-                         std::size_t component) {
-  if (data.file) return OptionalView(self, (data.file->looks.*read)[component]);
-  return OptionalView(self, (data.solved->result.quality.*solved)[component]);
-}
-
 using ResultArrayGetter = std::function<py::object(const py::handle&, const ResultData&)>;
 using ResultArrays = std::map<std::string, ResultArrayGetter>;
 
@@ -274,6 +255,17 @@ ResultArrays CorrectionArrays() {
 }
 
 ResultArrays LookArrays() {
+  const auto of_looks = []<typename Number>(std::vector<Number> LookResults::*member) {
+    return [member](const py::handle& self, const ResultData& data) {
+      return OptionalView(self, data.looks().*member);
+    };
+  };
+  const auto quality = [](std::array<std::vector<float>, 2> LookQuality::*member,
+                          std::size_t component) {
+    return [member, component](const py::handle& self, const ResultData& data) {
+      return OptionalView(self, (data.quality().*member)[component]);
+    };
+  };
   return {
       {"looks.offsets",  // by point, where the looks are those of a block
        [](const py::handle& self, const ResultData& data) -> py::object {
@@ -289,36 +281,18 @@ ResultArrays LookArrays() {
        [](const py::handle& self, const ResultData& data) {
          return View(self, data.file ? data.file->looks.pass : data.solved->block().looks.pass);
        }},
-      {"looks.range_residual_m",
-       [](const py::handle& self, const ResultData& data) {
-         return LookColumn(
-             self, data, &files::ResultLooks::range_residual_m, &LookResults::range_residual_m);
-       }},
-      {"looks.azimuth_residual_m",
-       [](const py::handle& self, const ResultData& data) {
-         return LookColumn(
-             self, data, &files::ResultLooks::azimuth_residual_m, &LookResults::azimuth_residual_m);
-       }},
+      {"looks.range_residual_m", of_looks(&LookResults::range_residual_m)},
+      {"looks.azimuth_residual_m", of_looks(&LookResults::azimuth_residual_m)},
       {"looks.reduction_range_m",
        [](const py::handle& self, const ResultData& data) {
-         return OptionalView(self,
-                             data.file ? data.file->looks.reduction_range_m
-                                       : data.solved->result.reductions.range_m);
+         return OptionalView(self, data.reductions().range_m);
        }},
       {"looks.reduction_time_s",
        [](const py::handle& self, const ResultData& data) {
-         return OptionalView(
-             self,
-             data.file ? data.file->looks.reduction_time_s : data.solved->result.reductions.time_s);
+         return OptionalView(self, data.reductions().time_s);
        }},
-      {"looks.weight",
-       [](const py::handle& self, const ResultData& data) {
-         return LookColumn(self, data, &files::ResultLooks::weight, &LookResults::weight);
-       }},
-      {"looks.rejected",
-       [](const py::handle& self, const ResultData& data) {
-         return LookColumn(self, data, &files::ResultLooks::rejected, &LookResults::rejected);
-       }},
+      {"looks.weight", of_looks(&LookResults::weight)},
+      {"looks.rejected", of_looks(&LookResults::rejected)},
       {"looks.flags",
        [](const py::handle& self, const ResultData& data) -> py::object {
          if (data.file) return py::none();
@@ -326,29 +300,14 @@ ResultArrays LookArrays() {
        }},
       {"looks.reason",
        [](const py::handle& self, const ResultData& data) -> py::object {
-         const std::vector<RejectReason>& reasons =
-             data.file ? data.file->looks.reason : data.solved->result.looks.reason;
+         const std::vector<RejectReason>& reasons = data.looks().reason;
          if (reasons.empty()) return py::none();
          return Codes(self, reasons);
        }},
-      {"looks.range_redundancy_1",
-       [](const py::handle& self, const ResultData& data) {
-         return QualityColumn(
-             self, data, &files::ResultLooks::redundancy, &LookQuality::redundancy, 0);
-       }},
-      {"looks.azimuth_redundancy_1",
-       [](const py::handle& self, const ResultData& data) {
-         return QualityColumn(
-             self, data, &files::ResultLooks::redundancy, &LookQuality::redundancy, 1);
-       }},
-      {"looks.range_w_1",
-       [](const py::handle& self, const ResultData& data) {
-         return QualityColumn(self, data, &files::ResultLooks::w, &LookQuality::w, 0);
-       }},
-      {"looks.azimuth_w_1",
-       [](const py::handle& self, const ResultData& data) {
-         return QualityColumn(self, data, &files::ResultLooks::w, &LookQuality::w, 1);
-       }},
+      {"looks.range_redundancy_1", quality(&LookQuality::redundancy, 0)},
+      {"looks.azimuth_redundancy_1", quality(&LookQuality::redundancy, 1)},
+      {"looks.range_w_1", quality(&LookQuality::w, 0)},
+      {"looks.azimuth_w_1", quality(&LookQuality::w, 1)},
   };
 }
 

@@ -15,8 +15,8 @@ constexpr std::size_t kMaxChecks = 400;  // in a chart
 std::vector<std::string> TestRow(const std::string& name, const files::ResultTest& test) {
   return {name,
           Shown(test.sigma0_squared),
-          Shown(test.lower / test.redundancy),
-          Shown(test.upper / test.redundancy),
+          Shown(test.chi_square.lower / test.redundancy),
+          Shown(test.chi_square.upper / test.redundancy),
           ShownPercent(test.level),
           ReadableCount(test.redundancy),
           test.passed ? "passed" : "FAILED"};
@@ -49,7 +49,7 @@ PageTable GroupTable(const files::ResultSummary& summary) {
   return table;
 }
 
-PageTable ReductionTable(const files::ResultSummary& summary) {
+PageTable ReductionTable(const files::ResultFile& file) {
   PageTable table;
   table.title = "Taken off the measured values";
   table.columns = {{"pass", false},
@@ -58,8 +58,8 @@ PageTable ReductionTable(const files::ResultSummary& summary) {
                    {"least", true},
                    {"largest", true},
                    {"unit", false}};
-  for (const files::ResultReduction& term : summary.reductions) {
-    table.rows.push_back({term.pass,
+  for (const ReductionTerm& term : file.reductions.terms) {
+    table.rows.push_back({file.passes[term.pass].id,
                           term.term,
                           Shown(term.mean),
                           Shown(term.least),
@@ -351,7 +351,9 @@ PageSection TestSection(const ResultFolder& result) {
     section.items.emplace_back(std::move(table));
   }
   if (!summary.groups.empty()) section.items.emplace_back(GroupTable(summary));
-  if (!summary.reductions.empty()) section.items.emplace_back(ReductionTable(summary));
+  if (!result.file.reductions.terms.empty()) {
+    section.items.emplace_back(ReductionTable(result.file));
+  }
   if (!summary.variances.empty()) {
     section.items.emplace_back(VarianceTable(summary));
   } else if (summary.status == "converged") {

@@ -337,7 +337,7 @@ PageTable WorstTable(const ResultFolder& result, double critical) {
     return file.passes[looks.pass[look.look]].id + " " + kLookComponents[look.component];
   };
   const auto w_of = [&](const ReportLook& look) {
-    return static_cast<double>(looks.w[look.component][look.look]);
+    return static_cast<double>(looks.quality.w[look.component][look.look]);
   };
   for (std::size_t p = 0; p < std::min(d_point.size(), kMaxRows); ++p) {
     const ReportLook& first = d_point[p].front();
@@ -359,7 +359,7 @@ PageTable WorstTable(const ResultFolder& result, double critical) {
                           Shown(w_of(first), 3),
                           name(first),
                           Shown(ResidualOf_m(looks, first.look, first.component), 3),
-                          figure(looks.redundancy),
+                          figure(looks.quality.redundancy),
                           figure(looks.mdb_m),
                           figure(looks.influence_m),
                           further});

@@ -202,8 +202,8 @@ std::vector<PageFact> HeadlineFacts(const ResultFolder& result,
                    Shown(test->sigma0_squared),
                    fmt::format("{}: {} to {} allowed",
                                test->passed ? "passed" : "failed",
-                               Shown(test->lower / test->redundancy, 3),
-                               Shown(test->upper / test->redundancy, 3))});
+                               Shown(test->chi_square.lower / test->redundancy, 3),
+                               Shown(test->chi_square.upper / test->redundancy, 3))});
   }
   if (const auto& checks = result.file.summary.checks; checks && checks->components > 0) {
     out.push_back({"Check points, error over sigma",

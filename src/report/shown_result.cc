@@ -84,14 +84,14 @@ void ArrangeLooks(const files::ResultLooks& looks, ReportLooks* out) {
       if (!std::isnan(residual_m[k])) {
         out->residual_m[k].push_back(static_cast<float>(residual_m[k]));
       }
-      keep(looks.redundancy[k], i, &out->redundancy[k]);
+      keep(looks.quality.redundancy[k], i, &out->redundancy[k]);
       keep(looks.mdb_m[k], i, &out->mdb_m[k]);
       keep(looks.influence_m[k], i, &out->influence_m[k]);
-      keep(looks.w[k], i, &out->w[k]);
-      const bool weak = !looks.redundancy[k].empty() &&
-                        !(static_cast<double>(looks.redundancy[k][i]) >= ReportLooks::kMinTested);
-      if (!looks.w[k].empty() && !weak) {
-        worst.Add(std::abs(static_cast<double>(looks.w[k][i])), {i, k});
+      keep(looks.quality.w[k], i, &out->w[k]);
+      const bool weak = !looks.quality.redundancy[k].empty() &&
+                        !(static_cast<double>(looks.quality.redundancy[k][i]) >= ReportLooks::kMinTested);
+      if (!looks.quality.w[k].empty() && !weak) {
+        worst.Add(std::abs(static_cast<double>(looks.quality.w[k][i])), {i, k});
       }
     }
   }
@@ -431,7 +431,7 @@ std::string AxesPhrase(const std::array<double, 3>& sigma_m,
 std::string FitClause(const files::ResultSummary& summary) {
   if (!summary.chi_square || summary.chi_square->passed) return "";
   const files::ResultTest& test = *summary.chi_square;
-  const bool worse = test.sigma0_squared * test.redundancy > test.upper;
+  const bool worse = test.sigma0_squared * test.redundancy > test.chi_square.upper;
   return fmt::format("; residuals are {} times as large as stated, {}",
                      Brief(std::sqrt(test.sigma0_squared)),
                      summary.sigma_scaled_by_posterior

@@ -114,7 +114,7 @@ TEST_F(ResultReaderTest, WhatWasWrittenIsReadBack) {
   ASSERT_TRUE(summary.chi_square.has_value());
   EXPECT_EQ(summary.chi_square->sigma0_squared, 4.0);
   EXPECT_EQ(summary.chi_square->redundancy, 8.0);
-  EXPECT_EQ(summary.chi_square->upper, 17.5);
+  EXPECT_EQ(summary.chi_square->chi_square.upper, 17.5);
   EXPECT_FALSE(summary.chi_square->passed);
   ASSERT_EQ(summary.groups.size(), 2u);
   EXPECT_EQ(summary.groups[0].name, "ranges");
@@ -192,7 +192,7 @@ TEST_F(ResultReaderTest, WhatWasWrittenIsReadBack) {
   EXPECT_EQ(read.looks.weight, result_.looks.weight);
   EXPECT_EQ(read.looks.rejected, (std::vector<std::uint8_t>{0, 1, 0}));
   EXPECT_EQ(read.looks.reason, result_.looks.reason);
-  EXPECT_THAT(read.looks.w[0], IsEmpty());
+  EXPECT_THAT(read.looks.quality.w[0], IsEmpty());
   EXPECT_THAT(read.looks.line_px, IsEmpty());
   ASSERT_EQ(read.control.size(), 1u);
   EXPECT_EQ(read.control[0].component, 2);
@@ -265,11 +265,11 @@ TEST_F(ResultReaderTest, TheListsOfTheSummaryAreReadBack) {
   result_.montecarlo->coverage[2] = {0.99, 0.875, 0.5};
   result_.montecarlo->sentence = "they agree";
   Write();
-  const files::ResultSummary summary = files::ReadResult(folder_).summary;
-  ASSERT_EQ(summary.reductions.size(), 1u);
-  const files::ResultReduction& term = summary.reductions[0];
-  EXPECT_EQ(std::tie(term.pass, term.term, term.unit),
-            std::make_tuple(block_.passes[1].id, "tide", "m"));
+  const files::ResultFile read = files::ReadResult(folder_);
+  const files::ResultSummary& summary = read.summary;
+  ASSERT_EQ(read.reductions.terms.size(), 1u);
+  const ReductionTerm& term = read.reductions.terms[0];
+  EXPECT_EQ(std::tie(term.pass, term.term, term.unit), std::make_tuple(1u, "tide", "m"));
   EXPECT_EQ(std::tie(term.mean, term.least, term.largest), std::make_tuple(0.125, -0.25, 0.375));
   ASSERT_EQ(summary.differences.size(), 1u);
   const DifferenceClass& difference = summary.differences[0];
@@ -300,8 +300,8 @@ TEST_F(ResultReaderTest, TheListsOfTheSummaryAreReadBack) {
   ASSERT_TRUE(summary.test_before.has_value());
   EXPECT_EQ(std::tie(summary.test_before->sigma0_squared,
                      summary.test_before->redundancy,
-                     summary.test_before->lower,
-                     summary.test_before->upper,
+                     summary.test_before->chi_square.lower,
+                     summary.test_before->chi_square.upper,
                      summary.test_before->passed),
             std::make_tuple(3.5, 8.0, 2.5, 17.0, true));
   ASSERT_TRUE(summary.repetition.has_value());
@@ -325,10 +325,10 @@ TEST_F(ResultReaderTest, TheQualityOfALookIsReadByComponent) {
   Write();
   const files::ResultLooks looks = files::ReadResult(folder_).looks;
   for (std::size_t k = 0; k < 2; ++k) {
-    EXPECT_EQ(looks.redundancy[k][0], result_.quality.redundancy[k][0]);
-    EXPECT_EQ(looks.w[k][0], result_.quality.w[k][0]);
-    EXPECT_EQ(looks.w[k][2], 1.5f);
-    EXPECT_TRUE(std::isnan(looks.w[k][1]));
+    EXPECT_EQ(looks.quality.redundancy[k][0], result_.quality.redundancy[k][0]);
+    EXPECT_EQ(looks.quality.w[k][0], result_.quality.w[k][0]);
+    EXPECT_EQ(looks.quality.w[k][2], 1.5f);
+    EXPECT_TRUE(std::isnan(looks.quality.w[k][1]));
   }
   // Minimal detectable blunders go with 1 / sqrt(redundancy) and the standard deviation.
   EXPECT_FLOAT_EQ(looks.mdb_m[0][2] / looks.mdb_m[0][0], std::sqrt(0.5f));

@@ -59,7 +59,7 @@ TEST(HeadlineTest, AnAcceptedBlockSaysSoWithItsAccuracyAndItsLimit) {
 
 TEST(HeadlineTest, AFailedGlobalTestSaysHowMuchAndItsReasonHeadsTheList) {
   ResultFolder result = test::MadeResult();
-  result.file.summary.chi_square = {4.0, 200.0, 162.0, 240.0, 0.95, false};
+  result.file.summary.chi_square = {{4.0, 200.0, {162.0, 240.0}, false}, 0.95};
   result.file.summary.verdict = Verdict::kTestsFailed;
   result.file.summary.verdict_reasons = {"global test: s0^2 is 4"};
   result.file.summary.warnings = {"a warning"};

@@ -60,7 +60,7 @@ inline ResultFolder MadeResult() {
   out.summary.iterations = 5;
   out.summary.counts = {{"points", 100}, {"control_points", 3}, {"redundancy", 200}};
   out.summary.sigma0_squared = 1.1025;
-  out.summary.chi_square = {1.1025, 200.0, 162.0, 240.0, 0.95, true};
+  out.summary.chi_square = {{1.1025, 200.0, {162.0, 240.0}, true}, 0.95};
   for (int i = 0; i < 100; ++i) {
     MadePoint point;
     point.id = "P" + std::to_string(i);

@@ -194,8 +194,8 @@ TEST(WorstLooksTest, HoldNoneWithARedundancyBelowAHundredth) {
   files::ResultFile file = result.file;
   file.looks.reason.assign(3, RejectReason::kNone);
   for (std::size_t k = 0; k < 2; ++k) {
-    file.looks.w[k] = {9.0F, 2.0F, 1.0F};
-    file.looks.redundancy[k] = {0.0099F, 0.0101F, 0.5F};
+    file.looks.quality.w[k] = {9.0F, 2.0F, 1.0F};
+    file.looks.quality.redundancy[k] = {0.0099F, 0.0101F, 0.5F};
   }
   const ResultFolder arranged = Arrange("made", std::move(file));
   ASSERT_THAT(arranged.looks.worst, SizeIs(4));

@@ -82,18 +82,8 @@ struct ResultPass {
 };
 
 /// A global test of the variance factor (`chi_square`, `variance_components.before`).
-struct ResultTest {
-  double sigma0_squared = kNotGiven;
-  double redundancy = kNotGiven;
-  double lower = kNotGiven, upper = kNotGiven;  ///< acceptance of sigma0_squared times redundancy
+struct ResultTest : GlobalTest {
   double level = 0.95;
-  bool passed = false;
-};
-
-/// `reductions`: what one term took off the ranges or times of one pass.
-struct ResultReduction {
-  std::string pass, term, unit;
-  double mean = kNotGiven, least = kNotGiven, largest = kNotGiven;
 };
 
 /// `check_points`.
@@ -161,7 +151,6 @@ struct ResultSummary {
   bool sigma_scaled_by_posterior = false;
   std::optional<ResultTest> chi_square;
   std::vector<ObservationGroup> groups;  ///< empty where the file has none
-  std::vector<ResultReduction> reductions;
   std::vector<DifferenceClass> differences;
   std::optional<ResultChecks> checks;
   std::optional<ResultTests> tests;
@@ -192,37 +181,26 @@ struct ResultPoints {
 };
 
 /// residuals.csv in flat arrays, in the order of the table: by point and, within it, by pass. NaN
-/// where a cell is empty. Component 0 is the range and 1 the azimuth.
-struct ResultLooks {
+/// where a cell is empty; weight, rejected and reason are given of all. Component 0 is the range
+/// and 1 the azimuth.
+struct ResultLooks : LookResults {
   std::vector<std::uint32_t> pass;
   std::vector<std::uint32_t> point;
-  std::vector<double> range_residual_m;
-  std::vector<double> azimuth_residual_m;
-  std::vector<float> weight;
-  std::vector<std::uint8_t> rejected;
-  std::vector<RejectReason> reason;
   std::vector<std::uint32_t> finding;  ///< number of the blunder search's finding; 0: none
-  /// Quality of observations; empty without a covariance.
-  std::array<std::vector<float>, 2> redundancy, w, tau, mdb_m, influence_m;
+  LookQuality quality;                 ///< without shift_m, which the table has as influence_m
+  std::array<std::vector<float>, 2> tau, mdb_m, influence_m;  ///< empty without a covariance
   /// Measured image coordinates and the residuals as steps of the image (computed minus
   /// measured); empty where no pass has an image.
   std::vector<double> line_px, pixel_px, line_residual_px, pixel_residual_px;
-  /// What was taken off the measured values; empty where nothing was.
-  std::vector<double> reduction_range_m, reduction_time_s;
   [[nodiscard]] std::size_t size() const { return pass.size(); }
 };
 
-/// A row of control_quality.csv.
-struct ResultControl {
-  std::uint32_t point = 0;
-  int component = 0;        ///< 0 east, 1 north, 2 up
-  double residual_m = 0.0;  ///< adjusted minus given
-  double sigma_m = 0.0;     ///< of the given coordinate; these six: NaN where the cell is empty
-  double redundancy = 0.0;
-  double w = 0.0;
-  double tau = 0.0;
-  double mdb_m = 0.0;
-  double influence_m = 0.0;
+/// A row of control_quality.csv; but for point, component and residual NaN where a cell is empty.
+struct ResultControl : ControlQuality {  // shift_m is NaN: the table has influence_m
+  double sigma_m = kNotGiven;            ///< of the given coordinate
+  double tau = kNotGiven;
+  double mdb_m = kNotGiven;
+  double influence_m = kNotGiven;
 };
 
 /// A result folder as it was read.
@@ -236,6 +214,7 @@ struct ResultFile {
   std::vector<ParameterResult> parameters;                ///< passes.csv
   std::vector<ParameterCovariance> parameter_covariance;  ///< indices into `parameters`
   ResultLooks looks;
+  Reductions reductions;                             ///< by look of residuals.csv, and `reductions`
   std::vector<ResultControl> control;                ///< empty without control_quality.csv
   std::vector<PairResult> pairs;                     ///< empty without pairs.csv
   std::vector<StripStation> strips;                  ///< by pass and time; empty without strips.csv

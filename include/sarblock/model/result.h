@@ -562,8 +562,8 @@ inline constexpr double kRemainingRobustStepAccepted = 0.1;
 /// What one term took off the ranges or the times of the looks of one pass.
 struct ReductionTerm {
   std::uint32_t pass = 0;
-  std::string term;       ///< "given", "troposphere", "ionosphere", "tide", "motion", "constant"
-  const char* unit = "";  ///< "m" of ranges, "s" of times
+  std::string term;  ///< "given", "troposphere", "ionosphere", "tide", "motion", "constant"
+  std::string unit;  ///< "m" of ranges, "s" of times
   double mean = 0.0, least = 0.0, largest = 0.0;
 };
 
