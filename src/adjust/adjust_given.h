@@ -27,8 +27,8 @@ using AtSolution = std::function<void(const AdjustmentProblem&, const BlockState
                                        const AtSolution& at_solution,
                                        ProgressSink* progress);
 
-/// Of an adjustment of the problem with these options; `system` is its reduced normals, which are
-/// analysed and not formed.
+/// Needs of an adjustment of the problem with these options; its reduced normals `system` are
+/// analysed but not formed.
 [[nodiscard]] ResourceNeeds PredictNeeds(const AdjustmentProblem& problem,
                                          const AdjustOptions& options,
                                          ReducedSystem* system);

@@ -153,7 +153,8 @@ class Predictor {
     *best = pair;
   }
 
-  /// Of up x along, along the mean track with the first look's sense, as in the reduction.
+  /// Azimuth of up x along [rad], clockwise from north; along is the mean track in the first look's
+  /// sense, as in the reduction.
   [[nodiscard]] double AcrossAzimuth(const Eigen::Vector3d& p_m,
                                      const Eigen::Vector3d& up,
                                      const FixedPathLook& a,
@@ -209,7 +210,7 @@ class Predictor {
           AddEffect(from, -carried * problem_.layout.parameters[first].prior_sigma, of_range, out);
           continue;
         }
-        // Of a joint prior what is independent: the columns of its factor.
+        // The independent errors of a joint prior are the columns of its factor.
         const JointPriorTerm& prior =
             problem_.layout.joint_priors[static_cast<std::size_t>(p.joint)];
         const auto at =

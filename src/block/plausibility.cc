@@ -23,14 +23,14 @@
 namespace sarblock {
 namespace {
 
-/// Of the speed: what velocities and positions may differ by between two states. A cubic follows an
+/// Part of the speed by which velocities and positions of two states may differ. A cubic follows an
 /// orbit with states 5 minutes apart to a hundredth.
 constexpr double kVelocityPart = 0.05;
 /// Added to that, times the noise of the recording: more than chance gives in millions of states.
 constexpr double kNoiseSigmas = 12.0;
-/// Of the range: what errors of navigation may come to.
+/// Parts of the range that errors of navigation may amount to.
 constexpr double kPassPart = 0.05, kPointPart = 0.03;
-/// Of the height: what terrain may take off the shortest range.
+/// Shortest range that terrain may lead to, as a part of the flight height.
 constexpr double kHeightPart = 0.5;
 
 std::string Short(double value) { return Digits(value, 4); }
@@ -281,7 +281,7 @@ std::string HeightRemark(const Block& block, const Pass& pass, const PassLooks& 
 
 // ---- the frame
 
-/// Of paths and known points.
+/// Extent of paths and known points in x and y of the frame [m].
 Eigen::AlignedBox2d ExtentOf(const Block& block) {
   Eigen::AlignedBox2d extent;
   for (const Pass& pass : block.passes) {

@@ -409,7 +409,7 @@ int RunImport(const ImportArguments& arguments, const Session& session) {
   }
   options.points = ReadMatches(arguments.matches);
   if (!arguments.reflectors.empty()) options.reflectors = ReadReflectors(arguments.reflectors);
-  // Of several the id of the pass says which.
+  // Where there are several images, the id of the pass says which one is meant.
   const std::string only = arguments.images.size() == 1 ? arguments.images.front() : "";
   const ImportedBlock imported =
       Naming(only, [&] { return ImportProducts(images, orbits, options); });

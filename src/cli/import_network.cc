@@ -39,7 +39,8 @@ struct NetworkArguments {
 
 constexpr const char* kSerialForm = "SERIAL=FILE";
 
-// Of the options and of the lines of lists; blank lines and those that begin with # are skipped.
+// Serials given by options and by lines of lists; blank lines and those that begin with # are
+// skipped.
 std::vector<std::pair<std::string, std::string>> GivenSerials(const NetworkArguments& arguments) {
   std::vector<std::pair<std::string, std::string>> serials;
   for (const std::string& text : arguments.serials) {

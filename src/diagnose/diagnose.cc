@@ -96,7 +96,7 @@ bool AreSame(const Hypothesis& a, const Hypothesis& b) {
   return a.cause == b.cause && a.passes == b.passes && a.points == b.points;
 }
 
-/// Of the passes that a hypothesis concerns the median misfit with it over that without.
+/// Median over the passes that a hypothesis concerns: misfit with it over misfit without it.
 double ScreenOf(const Hypothesis& hypothesis, const std::vector<PassPredictions>& passes) {
   std::vector<double> ratios;
   for (const PassPredictions& pass : passes) {

@@ -642,10 +642,11 @@ void AddDelayMistakes(const Facts& facts, Hypotheses* out) {
 
 namespace {
 
-/// Of v'Pv, in squares of sigma, that a constant is to take to be solved for; and how many are.
+/// Least decrease of v'Pv by a constant (score test) for which it is solved for, and most constants
+/// that are.
 constexpr double kMinStatistic = 25.0;
 constexpr std::size_t kMaxScored = 6;
-/// Passes up to which the dense score test of all of them is no matter of time.
+/// Most passes for which the dense score test of all of them is fast enough.
 constexpr std::size_t kMaxPasses = 200;
 
 using Names = std::vector<std::string>;

@@ -286,7 +286,7 @@ SampleResiduals ResidualsOf(const Block& sample,
 namespace {
 
 constexpr int kQuickRounds = 2, kMaxRounds = 6;
-/// Of a standard deviation, from which on a size counts as found.
+/// A size counts as found when it moves by less than this part of its standard deviation.
 constexpr double kFound = 0.05;
 
 bool CanFixPoint(const KnownPosition& known) {
@@ -315,7 +315,8 @@ void FixCheckPoints(Block* block) {
 }
 
 constexpr double kMaxLogMove = 3.0;
-/// Of what the parabola through three solutions takes off the cost, how much may be there.
+/// Largest decrease of the cost held possible, in multiples of that of the parabola through three
+/// solutions.
 constexpr double kPromised = 4.0;
 
 }  // namespace

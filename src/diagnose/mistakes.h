@@ -167,7 +167,8 @@ struct FitOptions {
                                  const CorrectionModel& corrections,
                                  const Fit& fit);
 
-/// Of every look at a fit, NaN where it has none; columns range and azimuth.
+/// Errors and redundancies of every look at a fit, NaN where it has none; columns range and
+/// azimuth.
 struct SampleResiduals {
   Eigen::MatrixX2d whitened_errors;  ///< over their standard deviations
   Eigen::MatrixX2d redundancy;       ///< part of an error of the measurement that its own residual
@@ -397,13 +398,14 @@ void AddModelMistakes(const Facts& facts, Trials* trials, Hypotheses* out);
 /// of their sizes: those that the predicted observations suggest, and those that show in a solution
 /// alone.
 void AddControlMistakes(const Facts& facts, Hypotheses* out);
-/// That known points are all shifted by one vector, which a correction of the paths that all
-/// passes share takes where their priors hold the block.
+/// Adds the hypothesis that all known points are shifted by one vector. Where their priors hold the
+/// block, a correction of the paths that all passes share absorbs it.
 void AddShiftedControl(const Facts& facts, Hypotheses* out);
-/// That the standard deviations of known points are too small: a few solutions with other ones
-/// estimate their variance component.
+/// Adds the hypothesis that the standard deviations of known points are too small: a few solutions
+/// with other ones estimate their variance component.
 void AddControlSigma(const Facts& facts, Trials* trials, Hypotheses* out);
-/// Of single known points, and of pairs of them, whose rows may explain the block.
+/// Adds the hypotheses that doubtful known points are wrong, or exchanged in pairs, where that may
+/// explain the block.
 void AddKnownPointMistakes(const Facts& facts, Hypotheses* out);
 
 /// Adds the hypotheses of single looks and points: time, range, or both that this block gives

@@ -423,7 +423,7 @@ struct MapPlane {
 
 /// Scales of maps that coordinates near `x_m` may have.
 std::vector<KnownNumber> MapScales(double x_m) {
-  // Of a transverse cylinder, to second order (Snyder 1987, eq. 8-11).
+  // Scale of a transverse cylinder, to second order (Snyder 1987, eq. 8-11).
   const double east = (x_m - 500000.0) / (0.9996 * kEarth_m);
   std::vector<KnownNumber> scales{{1.0, "true lengths: only the curved ground is left out"}};
   if (x_m > 100e3 && x_m < 900e3) {
@@ -645,7 +645,7 @@ double FitCurve(const std::vector<Sign>& signs, std::size_t pieces, Curve* curve
 /// is as good.
 std::optional<Curve> FindCurve(const std::vector<Sign>& signs) {
   constexpr std::size_t kMaxPieces = 24, kLooksAPiece = 2;
-  /// Of -2 log L: 1e-5 that noise looks so.
+  /// Least decrease of -2 log L; noise reaches it with probability 1e-5.
   constexpr double kMinGain = 20.0;
   if (signs.size() < 12) return std::nullopt;
   const auto n = static_cast<double>(signs.size());

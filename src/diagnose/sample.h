@@ -107,7 +107,7 @@ struct PassPredictions {
                                         std::size_t look,
                                         const Eigen::Vector3d& p_m);
 
-/// Of every pass of the block.
+/// Predicted looks of every pass of the block.
 [[nodiscard]] std::vector<PassPredictions> PredictLooks(const Block& block);
 
 /// Line through the median: b of y = a + b x from the pairs' slopes (Theil and Sen), and a.

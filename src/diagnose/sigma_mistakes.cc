@@ -442,7 +442,7 @@ std::vector<Found> TestsOfPass(std::vector<Residual> residuals, const std::strin
     sum += residuals[i].v;
     weight += residuals[i].r;
     if (i == 0) continue;
-    // Of a point that both see no error is alike in two looks of one pass.
+    // Errors of points do not make looks of one pass alike, since these see different points.
     neighbours +=
         std::clamp(residuals[i - 1].w(), -3.0, 3.0) * std::clamp(residuals[i].w(), -3.0, 3.0);
     pairs += 1.0;

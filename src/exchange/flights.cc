@@ -289,8 +289,8 @@ class StateMaker {
     return polynomials;
   }
 
-  // Of the antenna over the image: the parameters of USGSCSM move all positions and all velocities
-  // alike, so the fit is the mean over the times.
+  // Covariance of the antenna over the image: the parameters of USGSCSM move all positions and all
+  // velocities alike, so the fit is the mean over the times.
   Eigen::Matrix<double, 6, 6> Covariance() {
     Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Identity();
     if (!antenna_.HasCovariance()) {

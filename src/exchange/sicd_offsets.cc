@@ -380,8 +380,8 @@ class OffsetMaker {
                     largest_m[0],
                     largest_m[1]));
   }
-  // Of the place that the look of closest approach sees: range and azimuth at the centre of the
-  // aperture, given less seen.
+  // Misfit of range and azimuth at the centre of the aperture, given less computed, for the place
+  // that the look of closest approach sees.
   [[nodiscard]] std::optional<std::array<double, 2>> ApertureMisfit_m(const SicdImage& image,
                                                                       double row,
                                                                       double column) const {

@@ -21,8 +21,8 @@ struct SicdComposite {
 /// ErrorStatistics.AdjustableParameterOffsets).
 struct SicdAdjustment {
   SicdOffsets offsets;  ///< in place of those that the file has
-  /// Of ARPPosSCPCOA [m], ARPVel [m/s], TxTimeSCPCOA and RcvTimeSCPCOA [s], in this order; left out
-  /// where it is not known.
+  /// Covariance of ARPPosSCPCOA [m], ARPVel [m/s], TxTimeSCPCOA and RcvTimeSCPCOA [s], in this
+  /// order; left out where it is not known.
   std::optional<Eigen::Matrix<double, 8, 8>> covariance;
   std::optional<SicdComposite> composite;  ///< of the adjusted image; none if not estimated
 };
@@ -39,7 +39,7 @@ struct AdjustedSicd {
 [[nodiscard]] AdjustedSicd AdjustSicd(std::string_view bytes,
                                       const std::string& file,
                                       const SicdAdjustment& adjustment);
-/// Of a file.
+/// The same for the bytes of a file.
 [[nodiscard]] AdjustedSicd AdjustSicdFile(const std::string& file,
                                           const SicdAdjustment& adjustment);
 

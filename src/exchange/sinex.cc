@@ -25,7 +25,7 @@ namespace sarblock {
 
 /// Covariances of the exported points in frame axes.
 struct SinexCovariance {
-  /// Of two different points, by their places in ExportView::points, row > column.
+  /// Cross covariance of two different points, by their places in ExportView::points, row > column.
   struct Cross {
     std::size_t row = 0;
     std::size_t column = 0;
@@ -249,7 +249,7 @@ class SinexWriter {
     Statistic("NUMBER OF OBSERVATIONS", summary.Count("observations"));
     Statistic("NUMBER OF UNKNOWNS", summary.Count("parameters"));
     Statistic("NUMBER OF DEGREES OF FREEDOM", summary.Count("redundancy"));
-    // Of the observations and the degrees of freedom above, priors included.
+    // Variance factor of the observations and degrees of freedom above, priors included.
     double factor = summary.sigma0_squared;
     for (const ObservationGroup& group : summary.groups) {
       if (group.name == "all") factor = group.factor();

@@ -36,7 +36,7 @@ struct BlockReading {
   std::vector<std::optional<std::array<double, 2>>> strip_spans_s;  ///< by pass, where given
   /// By pass: standard deviation of range in pixels of a ground presentation; NaN: none.
   std::vector<double> pixel_sigma_px;
-  /// Of the points' table, where rows of it begin with #.
+  /// A row of the points' table that begins with #, if there is one.
   std::optional<FilePlace> commented_point{};
 };
 
@@ -81,7 +81,7 @@ inline constexpr double kLargestLength_m = 1e12;
 struct PathTable {
   std::vector<std::vector<StateVector>> states;  ///< by pass
   std::vector<std::vector<std::size_t>> lines;   ///< of each state
-  /// Of paths of a result: the names of corrections that are not in the states, by pass.
+  /// By pass, for the paths of a result: names of the corrections that the states do not contain.
   std::vector<std::string> not_in_states;
 };
 [[nodiscard]] PathTable ReadPaths(TableReader* reader,

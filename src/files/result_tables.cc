@@ -33,7 +33,7 @@ void WriteCheck(const ResultView& view, std::uint32_t point, NewRow* row) {
                check->sigma_enu_m);
 }
 
-/// Of the first three elements of a covariance.
+/// Square roots of the first three elements of a covariance.
 Triple Sigmas(const SymmetricEnu& covariance_m2) {
   return {std::sqrt(covariance_m2[0]), std::sqrt(covariance_m2[1]), std::sqrt(covariance_m2[2])};
 }

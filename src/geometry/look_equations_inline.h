@@ -146,7 +146,7 @@ struct Crossing {
   const Eigen::Vector3d &v0 = motion.velocity_mps, &a0 = motion.acceleration_mps2,
                         &jerk = motion.jerk_mps3;
   double dt_s = 0.0, last_off_m = 0.0;
-  // Of a zero-Doppler cone e_d |v| = v.d, so that the first step needs no root.
+  // A zero-Doppler cone has e_d |v| = v.d, so its first step needs no square root.
   if (cone.kind == Cone::Kind::kSquint && cone.squint_rad == 0.0 && squint_bias_rad == 0.0 &&
       !turn.used) {
     const double square = v0.squaredNorm(), closing = square - a0.dot(d_before_m);

@@ -295,7 +295,8 @@ struct Followed {
   }
 };
 
-/// Of the polynomial through `with` states less that through `without` (0: alone).
+/// Gains of the polynomial through `with` states less those of the one through `without` states (0:
+/// nothing is subtracted).
 Gains GainsOf(std::span<const StateVector> states,
               std::size_t interval,
               OrbitThrough through,

@@ -58,7 +58,7 @@ struct InertialMotion {
 /// and over the second half of them the change of the velocities, less the integral (trapezoids) of
 /// the attraction of a point mass, is less than a tenth of what is left of it with Coriolis and
 /// centrifugal acceleration. Nothing where they do not, or where there are fewer than three states;
-/// an aircraft's motion is none of attraction in either axes.
+/// nothing for an aircraft, whose motion follows attraction in neither system of axes.
 [[nodiscard]] std::optional<InertialMotion> FindInertialMotion(std::span<const StateVector> states,
                                                                const Body& body);
 
@@ -104,7 +104,7 @@ class Recording {
   /// States of a FlightPath, sigmas where they are known. Keeps a copy of the states.
   Recording(std::vector<StateVector> states, const StateNoise& given, const TimeSpan& strip_s);
 
-  /// Of the states: as given, else estimated.
+  /// Noise of the states: as given, else estimated.
   [[nodiscard]] const StateNoise& noise() const { return noise_; }
   [[nodiscard]] double contradiction_mps() const { return contradiction_mps_; }
   [[nodiscard]] const std::vector<StateVector>& states() const { return states_; }

@@ -53,7 +53,8 @@ struct PointSigmas {
 struct PairSigmas {
   std::array<double, 2> range_m{};
   std::array<double, 2> azimuth_m{};  ///< along track at the target
-  /// Of each flight path along, across and up, constant over the strip; 0: paths known exactly.
+  /// Standard deviation of each flight path along, across and up, constant over the strip; 0: paths
+  /// known exactly.
   double path_m = 0.0;
 };
 

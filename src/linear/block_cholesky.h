@@ -150,7 +150,7 @@ class BorderedCholesky {
   /// Solves S X = B in place, any number of columns.
   void Solve(Eigen::Ref<Eigen::MatrixXd> b) const;
   [[nodiscard]] BorderedInverse SelectedInverse() const;
-  // Of the factor of A.
+  // As in BlockCholesky, for the factor of A.
   [[nodiscard]] bool divided() const { return factor_.divided(); }
   [[nodiscard]] FactorNeeds Needs() const { return factor_.Needs(); }
   [[nodiscard]] FactorNeeds Used() const { return factor_.Used(); }

@@ -80,7 +80,7 @@ class Cholesky {
   [[nodiscard]] bool positive_definite() const { return llt_.info() == Eigen::Success; }
   [[nodiscard]] Eigen::Index rows() const { return llt_.rows(); }
   [[nodiscard]] Eigen::MatrixXd L() const;
-  /// Of A.
+  /// ln det A
   [[nodiscard]] double LogDeterminant() const;
   /// A^-1 b
   [[nodiscard]] Eigen::MatrixXd Solve(const Eigen::MatrixXd& b) const;

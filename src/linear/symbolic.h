@@ -62,8 +62,8 @@ struct Symbolic {
   std::vector<int> original_row;  ///< row of S by row in elimination order
   std::vector<Front> fronts;
   std::size_t factor_entries = 0;
-  /// Of the factorisation: sum of h^2 over the columns of L, h their entries before supernodes are
-  /// merged.
+  /// Operations of the factorisation: sum of h^2 over the columns of L, h their entries before
+  /// supernodes are merged.
   double operations = 0.0;
   bool dissected = false;  ///< the order is one of nested dissection
 };

@@ -129,7 +129,7 @@ namespace {
 
 constexpr std::array<const char*, 3> kRicAxisNames = {"radial", "in-track", "cross-track"};
 constexpr double kSymmetric = 1e-9;
-/// Of a variance: it and its inverse keep their digits in products with others.
+/// Least variance; its inverse is the largest. Both keep their digits in products with others.
 constexpr double kMinVariance = 1e-120;
 
 std::string ShortText(double value) {

@@ -49,7 +49,7 @@ struct Parameter {
   PriorSigma prior_sigma = kNotGiven;  ///< of a joint prior or a process: of it alone
   PriorValue prior_value = 0.0;  ///< in `unit`; what the prior says, drawn anew in a simulation
   ParameterKind kind = ParameterKind::kPosition;
-  // Of kPosition:
+  // Only for kPosition:
   PositionCorrection::Axes axes = PositionCorrection::Axes::kTrack;
   int axis = 0;         ///< 0 along or x, 1 across or y, 2 up or z
   int degree = 0;       ///< of the polynomial; of a spline the number of its coefficient

@@ -170,7 +170,7 @@ class Participation {
         weights_(problem.weights),
         control_of_(problem.control_of) {}
 
-  /// Of the problem that it was made of.
+  /// `problem` is the one that this was made of.
   void Restore(AdjustmentProblem* problem) const {
     problem->look_used = look_used_;
     problem->point_status = point_status_;

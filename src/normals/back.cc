@@ -290,8 +290,8 @@ class BendOfPoint {
   explicit BendOfPoint(const BackSubstitution& substitution)
       : by_(substitution), stepped_(substitution.state.corrections + substitution.dx) {}
 
-  /// Of a factored point: d of its looks less what the point itself takes of it. False where there
-  /// is no step.
+  /// Finds d of the looks of a factored point, less the part that the point itself absorbs. False
+  /// where there is no step.
   [[nodiscard]] bool Find(const PointFactor& factor, std::size_t point) {
     Eigen::Vector3d moved = factor.gradient;  // J_p' (e + J_c dx)
     for (int k = 0; k < factor.look_count; ++k) {
@@ -333,7 +333,7 @@ class BendOfPoint {
   [[nodiscard]] const Eigen::Vector2d& OfLook(int look) const {
     return left_[static_cast<std::size_t>(look)];
   }
-  /// Of rows of second derivatives, which have no error of their own.
+  /// The same for rows of second derivatives, which have no error of their own.
   [[nodiscard]] Eigen::Vector2d OfRows(const CurvedRows& rows) const {
     return -rows.sign.cwiseProduct(rows.d_point * followed_m_);
   }

@@ -88,7 +88,8 @@ class PairSet {
   std::vector<std::pair<int, int>> pairs_;
 };
 
-/// Of points by their numbers of blocks, those seen by many more passes than the points after them.
+/// Chooses, from points with their numbers of blocks, those seen by many more passes than the
+/// points after them.
 std::vector<std::uint32_t> ChooseBordered(
     std::vector<std::pair<std::size_t, std::uint32_t>> many_blocks,
     std::size_t most_others,

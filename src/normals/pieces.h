@@ -77,7 +77,7 @@ struct PointPiece {
 class PointPieces {
  public:
   PointPieces() = default;
-  /// Of the points that take part; looks may be left out later, but none may be added.
+  /// Cuts the points that take part; looks may be left out later, but none may be added.
   /// `small_group`: doubles that a group may always have; tests give less.
   PointPieces(const AdjustmentProblem& problem,
               const BlockPattern& pattern,
@@ -101,7 +101,8 @@ class PointPieces {
   [[nodiscard]] std::size_t GroupEnd(std::size_t first, int threads) const;
   /// Doubles of the largest group.
   [[nodiscard]] std::size_t MaxDoubles(int threads) const;
-  /// Of the squares of all points, half of the columns' squares times the rows left of them.
+  /// Operations of the squares of all points: half of the columns' squares times the rows left of
+  /// them.
   [[nodiscard]] double operations() const;
   /// Doubles that the partial sums of a group may have together.
   [[nodiscard]] std::size_t limit() const { return limit_; }

@@ -61,7 +61,8 @@ struct CurvedRows {
 struct PointFactor {
   std::vector<WhitenedLook> looks;  ///< the first look_count are set; rows 2 k and 2 k + 1
   int look_count = 0;
-  /// Of the looks, where the weighting is curved; none where V is not positive definite with them.
+  /// Second-derivative rows of the looks, where the weighting is curved; none where V is not
+  /// positive definite with them.
   std::vector<CurvedRows> curved;
   int curved_count = 0;
   int looks_not_evaluated = 0;
@@ -366,7 +367,7 @@ class BlocksOfPoints {
     return At(point, [](const LookColumns&) {});
   }
 
-  /// Of all points asked for so far.
+  /// Looks and columns of all points asked for so far.
   [[nodiscard]] std::size_t looks() const { return looks_; }
   [[nodiscard]] std::size_t columns() const { return counted_columns_; }
 

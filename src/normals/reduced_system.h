@@ -77,10 +77,11 @@ class ReducedSystem {
                    BlockState* state,
                    ProgressSink* progress);
 
-  /// S in units of its parameters in which its diagonal is one, but where elimination took all of
-  /// it, with a place for its factor. There is one correction at least.
+  /// S scaled to unit diagonal, except where elimination cancelled a diagonal element; reserves the
+  /// factor. Requires at least one correction.
   [[nodiscard]] BorderedMatrix FormScaled();
-  /// Of the scaled S, for who factors it (solve/rank.h); after FormScaled.
+  /// The factor of the scaled S, for callers that factor it themselves (solve/rank.h); after
+  /// FormScaled.
   [[nodiscard]] BorderedCholesky& factor() { return *factor_; }
   [[nodiscard]] const AdjustmentProblem& problem() const { return problem_; }
   /// Units of the parameters in which the scaled S has a unit diagonal; after a factorisation.

@@ -218,7 +218,7 @@ struct DelaySize {
   void Add(double value);
   [[nodiscard]] double Mean() const { return looks > 0 ? sum / static_cast<double>(looks) : 0.0; }
 };
-/// Of the looks of one pass: measured minus geometric.
+/// Delays of the looks of one pass: measured minus geometric.
 struct ImageDelays {
   DelaySize bistatic_s, fm_rate_s, pulse_motion_m;  ///< Sentinel1Delay
   DelaySize troposphere_m;  ///< of Pass::reduction, at the ground then known

@@ -15,7 +15,7 @@ namespace sarblock {
 class ByteSource {
  public:
   [[nodiscard]] static ByteSource FromFile(const std::string& file);
-  /// Of bytes that outlive the source; `file` is for messages.
+  /// Reads `bytes`, which must outlive the source; `file` is for messages.
   [[nodiscard]] static ByteSource FromBytes(std::string_view bytes, const std::string& file);
 
   [[nodiscard]] const std::string& file() const { return file_; }

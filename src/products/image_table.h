@@ -151,7 +151,7 @@ struct NisarProduct : ZeroDopplerImage {
 [[nodiscard]] ImagePass PassOfNisar(const NisarProduct& product,
                                     const ImportOptions& options,
                                     std::vector<std::string>* warnings);
-/// Of a cube or an ISD; its id is the file's name without ending.
+/// The image of a cube or an ISD as a pass; its id is the file's name without ending.
 [[nodiscard]] ImagePass PassOfRadarImage(const RadarImage& image,
                                          RangePolynomialTimes range_polynomial);
 

@@ -17,7 +17,7 @@
 namespace sarblock {
 namespace {
 
-// Of a part that may be missing: what is wrong with it; nothing where `read` takes it.
+// What is wrong with a part that may be missing; empty where `read` accepts it.
 template <typename Read>
 std::string ProblemOfPart(const Read& read) {
   try {
@@ -193,7 +193,8 @@ Sentinel1Timing::Sentinel1Timing(Sentinel1Radar radar,
   append("the mismatch of the FM rate", rate);
 }
 
-// Of the reference sub-swath, by the grid, whose times are rounded to a microsecond.
+// Estimates tau_mid, which is of the reference sub-swath, from the grid, whose times are rounded to
+// a microsecond.
 std::string Sentinel1Timing::FitMiddle(const std::vector<Sentinel1GridPlace>& grid) {
   if (!radar_.bistatic_corrected) return "bistaticDelayCorrectionApplied is false";
   std::vector<double> middles_s;

@@ -104,7 +104,7 @@ class Sentinel1Timing {
   /// "the bistatic residual (no downlinkInformationList); ..."; empty: nothing is left out.
   [[nodiscard]] const std::string& left_out() const { return left_out_; }
 
-  /// Of a place with the raster's time and range for a point at p_m (the block's frame,
+  /// Delays at a place with the raster's time and range for a point at p_m (the block's frame,
   /// geocentric).
   [[nodiscard]] Sentinel1Delay At(const ImageCoordinates& place,
                                   const RadarCoordinates& raster,

@@ -318,7 +318,7 @@ double Sigma(const XmlElement& element) {
   return sigma;
 }
 
-// Of looks, which none may be without.
+// A standard deviation of looks, which must be above 0.
 double PositiveSigma(const XmlElement& parent, const char* name) {
   const XmlElement element = parent.Child(name);
   const double sigma = Sigma(element);

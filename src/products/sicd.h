@@ -28,7 +28,8 @@ struct SicdErrorStatistics {
   enum class Axes : std::uint8_t { kEcf, kRicEcf, kRicEci };
   struct PositionAndVelocity {
     Axes axes = Axes::kEcf;
-    /// Of P1, P2, P3 [m] and V1, V2, V3 [m/s] at the aperture of the scene centre.
+    /// Standard deviations of P1, P2, P3 [m] and V1, V2, V3 [m/s] at the aperture of the scene
+    /// centre.
     std::array<double, 6> sigma{};
     Eigen::Matrix<double, 6, 6> correlation = Eigen::Matrix<double, 6, 6>::Identity();
     bool correlated = false;  ///< the file has CorrCoefs

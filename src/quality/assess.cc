@@ -189,7 +189,7 @@ class LeastChecked {
     if (std::isnan(redundancy)) return;
     ++figures_.count;
     figures_.hardly += redundancy < CheckedObservations::kHardly ? 1U : 0U;
-    // Of the least detectable blunder, in delta0.
+    // Influence of the least detectable blunder on the point, in units of delta0.
     const double influence_m = redundancy > kLeastRedundancy
                                    ? shift_m / std::sqrt(redundancy)
                                    : std::numeric_limits<double>::infinity();
@@ -456,7 +456,7 @@ bool IsAdjusted(const AdjustResult& result) {
   return result.status == AdjustStatus::kConverged || result.status == AdjustStatus::kNotConverged;
 }
 
-/// Of looks and control, or of all observations where priors contradict the more.
+/// Variance factor of looks and control, or of all observations with priors where that is larger.
 double GrossFactor(const AdjustResult& result) {
   double factor = result.sigma0_squared;
   for (const ObservationGroup& group : result.assessment.groups) {

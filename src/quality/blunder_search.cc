@@ -394,7 +394,8 @@ void Search::Undo(std::size_t keep, const std::string& note) {
   }
 }
 
-/// Of a point that hundreds of passes see, those of the look of its largest |w| alone.
+/// Residuals of a point; where hundreds of passes see it, only those of the look of its largest
+/// |w|.
 PointResiduals Search::ResidualsOf(std::uint32_t point) const {
   const CorrectionCovariance* inverse = inverse_ ? &*inverse_ : nullptr;
   PointLinearization at(problem_, state_, inverse);

@@ -39,7 +39,7 @@ struct Sample {
   }
   [[nodiscard]] double Mean() const { return sum / static_cast<double>(count); }
   [[nodiscard]] double MeanSquare() const { return square / static_cast<double>(count); }
-  /// Of the mean.
+  /// Standard deviation of the mean.
   [[nodiscard]] double Sigma() const {
     const auto n = static_cast<double>(count);
     return std::sqrt(std::max(0.0, MeanSquare() - Mean() * Mean()) / (n - 1.0));

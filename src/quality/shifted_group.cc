@@ -34,11 +34,11 @@ constexpr double kFits = 0.9999;
 /// Shifts of single points that are tried for all, and passes that the block is solved for.
 constexpr std::size_t kMaxProposals = 200, kMaxHypotheses = 4;
 constexpr int kMaxRoundsOfGroup = 8;
-/// Of the first rounds, while paths are still bent by what was wrongly kept: on the limits.
+/// Factors on the limits in the first rounds, while paths are still bent by what was wrongly kept.
 constexpr std::array<double, 2> kSlack{9.0, 3.0};
 /// Redundancy below which an error of a look does not show.
 constexpr double kShowsNothing = 1e-3;
-/// Of its standard deviation: a shift has settled.
+/// A shift has settled when its step is at most this part of its standard deviation.
 constexpr double kShiftSettled = 0.1;
 constexpr std::size_t kGroupPointsPerChunk = 256;
 constexpr std::size_t kNoLook = std::numeric_limits<std::size_t>::max();

@@ -24,7 +24,7 @@ namespace {
 
 constexpr std::size_t kPointsPerPartial = 256;
 constexpr std::size_t kMaxPartials = 8;
-/// Of the dense normals by component, all partial sums together.
+/// Most bytes of the dense normals by component, all partial sums together.
 constexpr std::size_t kMaxBytes = std::size_t{256} << 20;
 
 /// What every range of points needs.
@@ -275,7 +275,8 @@ constexpr double kMaxFactor = 1e12;
 constexpr double kDamping = 0.6;
 /// Largest factor on a variance in one step.
 constexpr double kMaxStep = 100.0;
-/// Of the standard deviation of a variance: a step this small changes no digit that counts.
+/// Steps of variances end below this part of their standard deviations: they change no digit that
+/// counts.
 constexpr double kMaxDecrement = 0.01;
 /// Helmert's equations take over once no variance changes by more than this part.
 constexpr double kNear = 0.5;

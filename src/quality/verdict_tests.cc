@@ -185,7 +185,7 @@ namespace {
 
 bool IsMeasured(const AdjustResult& result) { return result.status != AdjustStatus::kPredicted; }
 
-/// Of a prior that is independent of all others.
+/// Test of a prior that is independent of all others.
 PriorTest TestOfPrior(const AdjustResult& result, const ParameterResult& parameter) {
   PriorTest out;
   const double ratio =
@@ -198,7 +198,7 @@ PriorTest TestOfPrior(const AdjustResult& result, const ParameterResult& paramet
   return out;
 }
 
-/// Of coefficients that a process leads to: the whitened step from the one before.
+/// Tests of the coefficients of a process after its first: the whitened step from the one before.
 void TestProcesses(const AdjustResult& result, std::vector<PriorTest>* tests) {
   std::vector<double> with_before(result.parameters.size(), kNotGiven);
   for (const ParameterCovariance& entry : result.parameter_covariance) {
@@ -329,7 +329,7 @@ PriorSums SumPriors(const ParameterLayout& layout,
         if (entry.a == entry.b && a.row > b.row) continue;
         const auto [low, high] = std::minmax(a.row, b.row);
         const double part = a.weight * entry.covariance * b.weight;
-        // Of one entry off the diagonal two stand in C; both fall on the diagonal of one row.
+        // C has each entry off its diagonal twice; both fall on the diagonal of one row.
         const double twice = entry.a != entry.b && low == high ? 2.0 : 1.0;
         k[(static_cast<std::uint64_t>(low) << 32U) | high] += twice * part;
       }
@@ -443,7 +443,8 @@ std::vector<ObservationGroup> ListGroups(const AdjustmentProblem& problem,
     add_measured("ranges", square[0], redundancy[0]);
     add_measured("azimuths", square[1], redundancy[1]);
     if (!result.control_quality.empty()) {
-      // Of correlated components the squares are not those of their tests.
+      // By difference: where components are correlated, the squares of their tests do not add up to
+      // v'Pv.
       add_measured("control",
                    square_sum.kept - priors.square_sum - square[0] - square[1],
                    counts.redundancy() - priors.redundancy - redundancy[0] - redundancy[1]);
@@ -473,7 +474,8 @@ struct KindOfPrior {
   }
 };
 
-/// Of every parameter; the many coefficients of one axis, as splines have them, are one kind.
+/// The kind of every parameter by name; the many coefficients of one axis, as splines have them,
+/// are one kind.
 std::vector<std::string> NamesOfKinds(const std::vector<ParameterResult>& parameters) {
   constexpr std::size_t kMaxApart = 6;
   const auto axis_of = [](const std::string& name) { return name.substr(0, name.rfind('.')); };
@@ -627,7 +629,7 @@ std::string EmptyPriors(const AdjustResult& result) {
       out_square += p.value * p.value + p.sigma * p.sigma;
     }
     const double came_out = std::sqrt(out_square / static_cast<double>(kind.priors));
-    // Of a process the steps may be narrow where the coefficients may go far.
+    // Steps of a process may be narrow where its coefficients may go far.
     if (in_process || !(kind.PriorRms() > kEmpty * came_out)) continue;
     for (std::size_t i = 0; i < added.size(); ++i) {
       const ParameterResult& p = result.parameters[i];

@@ -48,13 +48,14 @@ void FillChecks(const Block& block, const AdjustOptions& options, AdjustResult* 
 /// What a prior is to its correction (docs/theory/quality.md, eq. (18)): c the correction, which
 /// the prior expects to be zero with the standard deviation sigma0, sigma that of the result:
 ///     r = 1 - sigma^2 / sigma0^2,   w = c / (sigma0 sqrt(r))
-/// Of a joint prior Q with P = Q^-1, C the covariance of its corrections in the result (eq. (18a)):
+/// For a joint prior Q with P = Q^-1 and C, the covariance of its corrections in the result (eq.
+/// (18a)):
 ///     r_i = 1 - (C P)_ii,   w_i = (P c)_i / sqrt(N_ii),   N = P - P C P,   v'Pv: c_i (P c)_i
 struct PriorTest {
-  /// Part of the redundancy of the block; NaN without a prior or without a standard deviation. Of a
-  /// joint prior it may lie outside 0 to 1, the sum over the prior does not.
+  /// Part of the redundancy of the block; NaN without a prior or without a standard deviation. For
+  /// a joint prior it may lie outside 0 to 1, but the sum over the prior does not.
   double redundancy = kNotGiven;
-  /// NaN also where r, of a joint prior N_ii / P_ii, is kMinRedundancy or less, or nothing is
+  /// NaN also where r (for a joint prior N_ii / P_ii) is kMinRedundancy or less, or nothing is
   /// measured.
   double w = kNotGiven;
   double square = kNotGiven;  ///< part of v'Pv; NaN where w is or nothing is measured
@@ -62,10 +63,10 @@ struct PriorTest {
 /// By parameter of the result.
 [[nodiscard]] std::vector<PriorTest> TestsOfPriors(const AdjustResult& result);
 
-/// Of the tests that make a verdict: each has this part of the chance that `test_level` leaves to a
-/// block without mistakes. Looks and control; ranges; azimuths; control; priors; check points; the
-/// largest test of an observation; the number of those beyond their critical value; the largest of
-/// a prior.
+/// Number of tests that make a verdict. They share equally the chance of failing that `test_level`
+/// leaves to a block without mistakes. Looks and control; ranges; azimuths; control; priors; check
+/// points; the largest test of an observation; the number of those beyond their critical value; the
+/// largest of a prior.
 inline constexpr double kTestsOfVerdict = 9.0;
 /// Level of one of them, 1 - (1 - test_level) / kTestsOfVerdict.
 [[nodiscard]] double LevelOfOneTest(double test_level);
@@ -119,7 +120,7 @@ struct SquareSum {
 /// which factor, or single ones. Each empty where there is nothing to say.
 struct PriorFindings {
   std::string reason;  ///< against `accepted`
-  /// Of single ones that bend their corrections by less than one standard deviation.
+  /// Names single priors that bend their corrections by less than one standard deviation.
   std::string note;
 };
 [[nodiscard]] PriorFindings TestPriors(const AdjustResult& result, double test_level);

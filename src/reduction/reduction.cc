@@ -125,7 +125,7 @@ using Eigen::Vector3d;
 namespace {
 
 constexpr double kEarthRadius_m = 6378136.6;
-// Of Moon and Sun to the Earth: IERS Conventions (2010), table 1.1.
+// Masses of Moon and Sun over that of the Earth: IERS Conventions (2010), table 1.1.
 constexpr std::array<double, 2> kMassRatio{0.0123000371, 332946.0482};
 
 // Love and Shida numbers, IERS Conventions (2010), table 7.2 and section 7.1.1.
@@ -642,7 +642,7 @@ void ReducedBlock::TakeOff() {
 
 namespace {
 
-/// Of the looks of one pass.
+/// Statistics of one quantity over the looks of one pass.
 struct Spread {
   double sum = 0.0, count = 0.0;
   double least = std::numeric_limits<double>::infinity();

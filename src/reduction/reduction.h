@@ -49,7 +49,7 @@ enum class ReductionSource : std::uint8_t {
 };
 inline constexpr std::size_t kReductionSources = 6;
 
-/// Of one look, by ReductionSource: measured less geometric.
+/// Reductions of one look, by ReductionSource: measured less geometric.
 struct LookReduction {
   std::array<double, kReductionSources> range_m{}, time_s{};
   [[nodiscard]] double Range_m() const;
@@ -84,7 +84,7 @@ class ReductionOfLooks {
 
   /// Whether anything is to be evaluated.
   [[nodiscard]] bool any() const;
-  /// Of a look of `pass` at `time_s` at a point at p_m (frame axes), which moves by
+  /// Reductions of a look of `pass` at `time_s` at a point at p_m (frame axes), which moves by
   /// `velocity_mpy`. Without a finite position only the constants. kGiven is 0.
   [[nodiscard]] LookReduction Of(std::uint32_t pass,
                                  double time_s,

@@ -556,7 +556,7 @@ Headline HeadlineOf(const ResultFolder& result, const AccuracyFigures& accuracy)
   Headline out;
   out.sentences.push_back(StatusSentence(summary));
   AddAccuracy(result, accuracy, &out);
-  // Of a solution that is not accepted nothing follows but its reasons.
+  // A solution that is not accepted gets its reasons and no advice.
   if (summary.verdict != Verdict::kNotAccepted || summary.status == "predicted") {
     Advice advice = AdviceOf(accuracy, result.file.frame);
     out.would_help = advice.would_help;

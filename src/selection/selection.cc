@@ -290,7 +290,7 @@ class Selector {
     CHECK(model->Reset(ActiveColumns())) << "a model inside a regular one is singular";
   }
 
-  /// Of two that say the same the first in the list: the difference is rounding.
+  /// False where both differ by rounding alone: then the first in the list stays.
   static bool PaysMore(const CandidateFigures& a, const CandidateFigures& b) {
     return a.delta_bic < b.delta_bic - kEqual * (1.0 + std::abs(a.delta_bic));
   }

@@ -538,7 +538,7 @@ ImageSigma SigmaOfMatch(const SceneImage& image, const ImageView& view, const Im
       image.slope_rms * image.window_m / std::sqrt(12.0) * (view.parallax - other.parallax).norm();
   const double texture_m = 0.5 * (range_m / sine + range_m / sine_of_other) / kFullWidth;
   correlation /= std::hypot(1.0, smear_m / texture_m);
-  // Of the shift between both images, which share it.
+  // 1/sqrt(2) of the sigma of the shift between both images, which share its variance.
   const double part = std::sqrt(1.5 / cells) * std::sqrt(1.0 - correlation * correlation) /
                       (std::numbers::pi * correlation * std::numbers::sqrt2);
   return {part * range_m, part * image.azimuth_resolution_m};

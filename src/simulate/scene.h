@@ -84,7 +84,7 @@ struct ImageSigma {
   double azimuth_m = 0.0;
 };
 
-/// Of a place in an image that is matched with another image of the same kind
+/// Standard deviations at a place in an image that is matched with another image of the same kind
 /// (docs/theory/measurement.md). Slopes that fold over or lie in shadow count as at the edge of
 /// both, one degree of local incidence from 0 and from 90 degrees.
 [[nodiscard]] ImageSigma SigmaOfMatch(const SceneImage& image,

@@ -56,7 +56,7 @@ ceres::LinearSolverType TypeOf(CeresSolver solver) {
 /// of them 1e-8 held what only priors of hundreds of metres hold. With 1e-12 a recorded flight with
 /// several minima ends in another one than with the reduced engine (RecordedEnginesTest).
 constexpr double kFirstRadius = 1e10;
-/// Of a point that follows: as little as the engine's own.
+/// Damping of a point that follows, as small as that of the engine.
 constexpr double kFollowDamping = 1e-8;
 /// Steps creep that are so many in turn longer than this part of the one before, and shorter than
 /// that many sigmas over all unknowns.

@@ -166,7 +166,7 @@ class PairFit {
     fit_ = best;
   }
 
-  /// Of the half that fits best; its squares represent all of a normal distribution.
+  /// Covariance from the half that fits best, scaled to represent all of a normal distribution.
   [[nodiscard]] Eigen::Matrix2d InnerCovariance() const {
     std::vector<std::pair<double, std::size_t>> order;
     for (std::size_t i = 0; i < terms_.size(); ++i) order.emplace_back(Rest(i).squaredNorm(), i);
@@ -440,7 +440,7 @@ PointConsensus FindPointConsensus(const AdjustmentProblem& problem,
 namespace {
 
 constexpr std::size_t kJudgedPerChunk = 256;
-/// Of Cauchy's loss at the end: 95 percent efficient at the normal distribution.
+/// Last scale of Cauchy's loss: 95 percent efficiency at the normal distribution.
 constexpr double kLastScale = 2.385;
 /// From one scale of the graduated loss to the next.
 constexpr double kScaleStep = 3.0;
@@ -628,9 +628,9 @@ double VarianceOf(const AdjustmentProblem& problem, const BlockState& state) {
   return std::max(1.0, *quarter);
 }
 
-/// Of a control point whose looks contradict each other those near its known position; all where
-/// none or every one is. Looks that agree are not judged by the known position, which may be wrong
-/// itself: the search for blunders compares them.
+/// Consensus of a control point whose looks contradict each other: those near its known position;
+/// all where none or every one is near. Looks that agree are not judged by the known position,
+/// which may be wrong itself: the search for blunders compares them.
 PointConsensus ConsensusOfControl(const AdjustmentProblem& problem,
                                   const BlockState& state,
                                   std::size_t point,

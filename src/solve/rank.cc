@@ -102,7 +102,8 @@ constexpr double kLooked = 1e-4;
 constexpr int kFirstPairs = 6, kMaxEigenpairs = 48;
 /// Parameters with less than this part of the largest share are not named.
 constexpr double kNamedShare = 0.1;
-/// Of the effect of its parameters: below, what a direction moves a point by is rounding.
+/// Least movement of a point by a direction, as a part of the effect of its parameters; less is
+/// rounding.
 constexpr double kMovesPoints = 1e-6;
 /// More directions than this are not described one by one.
 constexpr std::size_t kDescribed = 12;

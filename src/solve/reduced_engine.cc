@@ -88,7 +88,8 @@ constexpr double kMinLearned = 1e-5;
 /// a point, in sigmas.
 constexpr double kOwnStepPart = 0.3;
 constexpr double kMinOwnStep = 1e-8;
-/// Of what is left behind a step no more is said than a hundred times its length.
+/// Largest contraction that is assumed: the rest of the way counts as a hundred times the last step
+/// at most.
 constexpr double kMaxContraction = 0.99;
 /// Where v'Pv has a limit: steps before it is asked for, and how far one step is trusted.
 constexpr int kMinSteps = 3;

@@ -90,8 +90,8 @@ constexpr double kApproached = 1.0;
 /// The same of the damped solution of the second round; whole steps are then tried again. Later
 /// rounds go to the end.
 constexpr double kNearEnough = 0.1;
-/// Of a step of the anchors, that a time bias may go beyond where its looks are read: at first, and
-/// once they were read near the solution.
+/// Part of a step of the anchors by which a time bias may leave the interval around its anchor
+/// before the looks are read anew: at first, and once they were read near the solution.
 constexpr double kAnchorSlack = 0.25, kLateAnchorSlack = 30.0;
 constexpr int kMaxFinishingSteps = 25;
 constexpr int kMaxRounds = 5;

@@ -24,12 +24,13 @@ struct LookCounts {
   [[nodiscard]] double LostShare() const {
     return lost == 0 ? 0.0 : static_cast<double>(lost) / static_cast<double>(kept + lost);
   }
-  /// As many for a path as against it decide nothing.
+  /// False where two looks or more, and at least as many as were kept, were left out.
   [[nodiscard]] bool Decide() const { return lost < 2 || lost < kept; }
 };
 
-/// Of one pass, at points of two looks and more. `deciding` are those at points of three looks and
-/// more: two looks meet nearly always, wherever their paths are, and speak for none.
+/// Looks of one pass at points of two looks and more. `deciding` are those at points of three looks
+/// and more: two looks nearly always meet, wherever their paths are, so they do not check the
+/// paths.
 struct PassLooks {
   LookCounts all, deciding;
 };
@@ -39,7 +40,7 @@ struct PassLooks {
 [[nodiscard]] std::vector<PassLooks> CountPassLooks(const Block& block,
                                                     const std::vector<std::uint8_t>& look_used);
 
-/// The first pass whose deciding looks decide nothing.
+/// The first pass whose deciding looks do not Decide().
 [[nodiscard]] std::optional<std::size_t> UndecidedPass(const std::vector<PassLooks>& by_pass);
 
 /// The first pass that lost more of its deciding looks than chance explains: a pass that settled

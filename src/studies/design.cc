@@ -304,7 +304,8 @@ void SetSigmas(const SimulatedBlock& planned, const AdjustResult& predicted, Stu
   }
 }
 
-/// Of differences about as far apart as asked, the worse of pairs along and across the track.
+/// Sets the figures of differences of points about as far apart as asked: the worse of pairs along
+/// and across the track.
 void SetDifferences(const std::vector<DifferenceClass>& differences,
                     double distance_m,
                     StudyRowMaker* row) {

@@ -112,8 +112,8 @@ struct DesignFile {
 /// more (one of both really); empty without prices.
 [[nodiscard]] StudyTable MarkPareto(const DesignStudy& study, const StudyTable& table);
 
-/// Of a table with `pareto`. For a terminal: the matrix of two axes or the table of one, and the
-/// cases of the Pareto set by cost, in lines of at most 80 columns where labels allow.
+/// Text for a terminal from a table with `pareto`: the matrix of two axes or the table of one, and
+/// the cases of the Pareto set by cost, in lines of at most 80 columns where labels allow.
 [[nodiscard]] std::vector<std::string> DesignTables(const DesignStudy& study,
                                                     const StudyTable& table);
 

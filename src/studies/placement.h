@@ -40,10 +40,10 @@ class BlockCovariance {
   /// Most numbers that C and all Y together may have: 1.6 GB.
   static constexpr std::size_t kMaxNumbers = 200'000'000;
 
-  /// Of the block as Predict() takes it: geometry and weights alone, flight paths nominal. `status`
-  /// says which points take part, as Predict() answers it. Throws UndeterminedError where the
-  /// corrections are not determined, InputError where the matrices would be larger than
-  /// kMaxNumbers.
+  /// Covariance of the block as Predict() takes it: geometry and weights alone, flight paths
+  /// nominal. `status` says which points take part, as Predict() answers it. Throws
+  /// UndeterminedError where the corrections are not determined, InputError where the matrices
+  /// would be larger than kMaxNumbers.
   BlockCovariance(const Block& block,
                   const AdjustOptions& options,
                   const std::vector<Eigen::Vector3d>& positions_m,

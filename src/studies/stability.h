@@ -136,10 +136,10 @@ struct StabilityRow {
   double condition = std::numeric_limits<double>::quiet_NaN();  ///< of the column-scaled Jacobian
   StabilityOutcome outcome = StabilityOutcome::kRefused;
   int exit_code = 0;
-  /// Of the worst 3 x 3 covariance of a point (Frobenius).
+  /// Digits of the worst 3 x 3 covariance of a point (Frobenius norm).
   double covariance_digits = std::numeric_limits<double>::quiet_NaN();
   double sigma_digits = std::numeric_limits<double>::quiet_NaN();  ///< points and corrections
-  /// Of the worst position, relative to its shortest slant range.
+  /// Digits of the worst position, relative to its shortest slant range.
   double position_digits = std::numeric_limits<double>::quiet_NaN();
   /// Largest error of a position, sqrt(e' Q^-1 e), or of a correction, in sigmas.
   double error_sigma = std::numeric_limits<double>::quiet_NaN();

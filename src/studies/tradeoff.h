@@ -52,7 +52,7 @@ struct TradeoffChoice {
 struct TradeoffAnswer {
   std::vector<Eigen::Vector3d> position_m;  ///< by point, frame axes; NaN where it has none
   std::vector<SymmetricEnu> covariance_m2;  ///< by point; empty: none
-  /// Of the closed form: standard deviations across and up, and the direction of across clockwise
+  /// Standard deviations across and up of the closed form, and the direction of across clockwise
   /// from north; empty with any other covariance.
   std::vector<double> sigma_across_m, sigma_up_m, across_azimuth_rad;
   bool accepted = false;

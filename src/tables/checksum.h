@@ -25,7 +25,7 @@ class Sha256 {
   std::unique_ptr<State> state_;
 };
 
-/// Of a file's bytes. Throws InputError if it cannot be read.
+/// SHA-256 of a file's bytes in hexadecimal digits. Throws InputError if it cannot be read.
 [[nodiscard]] std::string Sha256Of(const std::filesystem::path& file);
 
 /// Notes the checksums of all files of a folder in its hidden file `.sarblock-written`, as

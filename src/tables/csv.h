@@ -43,8 +43,8 @@ class TableBytes {
   /// False for a text in memory.
   [[nodiscard]] virtual bool MayBeCutOff() const { return true; }
 };
-/// Of a file, inflated. Throws InputError naming it if it cannot be opened. A checksum, where one
-/// is given, is compared at the end.
+/// The bytes of a file, inflated. Throws InputError naming it if it cannot be opened. A checksum,
+/// where one is given, is compared at the end.
 [[nodiscard]] std::unique_ptr<TableBytes> OpenBytes(const std::filesystem::path& file,
                                                     const std::string& sha256 = {});
 

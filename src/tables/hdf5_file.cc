@@ -54,8 +54,8 @@ std::atomic<bool> g_apart{true};
 
 using Clock = std::chrono::steady_clock;
 
-/// Of the clock on the wall: a disk may be slow, and so may a machine with other work. The walk
-/// itself bounds what it computes.
+/// Limits of wall-clock time, which are wide because a disk may be slow, and so may a machine with
+/// other work. The walk itself bounds what it computes.
 constexpr std::chrono::seconds kMinDeadline{120};
 constexpr std::uint64_t kBytesPerSecond = std::uint64_t{10} << 20;
 constexpr std::chrono::milliseconds kAskEvery{20};

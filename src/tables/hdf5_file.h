@@ -165,8 +165,8 @@ struct StoredDataset {
   std::uint64_t count = 0;          ///< values, the product of these
   bool whole = true;                ///< all values are in the file
   bool none = false;                ///< none of them does
-  /// Of a dataset of one dimension whose chunks are values and nothing else, as `own_type` has
-  /// them: their values; else 0.
+  /// Values per chunk of a dataset of one dimension whose chunks hold nothing but values of
+  /// `own_type`; otherwise 0.
   std::uint64_t chunk_values = 0;
   hid_t own_type = -1;  ///< the type of libhdf5 for this machine, if there is one
 };

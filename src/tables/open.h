@@ -44,8 +44,8 @@ struct TableSum {
   std::string sha256;
 };
 
-/// Of all tables that stand in a folder. A result lists them in summary.json, and whoever reads it
-/// holds the tables to that: those of two runs, or of one that was changed since, are no result.
+/// Checksums of all tables in a folder. A result lists them in summary.json, and a reader compares
+/// the tables with that list: tables of two runs, or tables changed since, are rejected.
 [[nodiscard]] std::vector<TableSum> SumsOfTables(const std::filesystem::path& folder,
                                                  FolderContent content);
 

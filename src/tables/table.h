@@ -396,7 +396,7 @@ struct Column {
     numbers.resize(row, std::numeric_limits<double>::quiet_NaN());
     numbers.push_back(value);
   }
-  /// Of `own`, for the next row.
+  /// Appends a text of `own` for the next row.
   void AppendText(std::string_view text);
   /// Infinity is an error of `file`; every NaN becomes the one of std::numeric_limits.
   void SettleNumbers(std::string_view file);

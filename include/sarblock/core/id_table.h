@@ -47,7 +47,8 @@ class IdTable {
   std::string text_;
   std::vector<std::uint32_t> begin_{0};
   bool ascending_ = true;  // every id is after the one before it
-  /// Of open addressing, once it is needed; a copy of the table begins without.
+  /// Hash index with open addressing, made once it is needed; a copy of the table begins without
+  /// one.
   class Index {
    public:
     Index() = default;
@@ -78,8 +79,8 @@ class IdTable {
   mutable Index index_;
 };
 
-/// Of `allowed`, the name closest to `name` by edit distance without regard to letter case
-/// (for messages); empty if none has anything in common with it.
+/// The name in `allowed` closest to `name` by edit distance without regard to letter case (for
+/// messages); empty if none has anything in common with it.
 [[nodiscard]] std::string NearestName(std::string_view name,
                                       const std::vector<std::string>& allowed);
 /// "; did you mean x?" or nothing.

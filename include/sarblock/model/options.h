@@ -110,7 +110,7 @@ struct DenseMatrix {
   std::vector<double> values;  ///< column by column
 
   DenseMatrix() = default;
-  /// Of any matrix of Eigen.
+  /// Copies any matrix of Eigen.
   template <typename Derived>
   DenseMatrix(const Eigen::EigenBase<Derived>& matrix)  // NOLINT(google-explicit-constructor)
       : rows(static_cast<std::size_t>(matrix.rows())),

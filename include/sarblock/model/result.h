@@ -521,8 +521,8 @@ struct CheckResult {
   Eigen::Vector3d error_enu_m = Eigen::Vector3d::Zero();  ///< NaN in components not known
   double chi_square = 0.0;  ///< e' Q^-1 e over the known components, both covariances in Q
   int components = 0;
-  /// Of the error, from the covariance of the point (scaled where it is) and that of the known
-  /// position; NaN where there is no error or no covariance.
+  /// Standard deviations of the error, from the covariance of the point (scaled where it is) and
+  /// that of the known position; NaN where there is no error or no covariance.
   Eigen::Vector3d sigma_enu_m = Eigen::Vector3d::Constant(kNotGiven);
 };
 
@@ -706,8 +706,8 @@ struct Diagnosis {
 struct ResourceNeeds {
   std::uint64_t looks_bytes = 0;   ///< looks, their weights and what a result says of them
   std::uint64_t points_bytes = 0;  ///< points, their state and what a result says of them
-  std::uint64_t block_bytes = 0;   ///< of both, memory that a block takes as it was read
-  /// Of both, arrays large enough for scratch files (src/core/memory.h) ...
+  std::uint64_t block_bytes = 0;   ///< part of these two that the block takes as it was read
+  /// Arrays of looks and points large enough for scratch files (src/core/memory.h) ...
   std::uint64_t large_bytes = 0;
   std::uint64_t scratch_bytes = 0;  ///< ... and the part of these in scratch files, not in memory
   std::uint64_t matrix_bytes = 0;   ///< S, as formed and scaled
