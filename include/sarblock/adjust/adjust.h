@@ -25,16 +25,17 @@ namespace sarblock {
 /// Newton decrement is below kRemainingStepAccepted (under a loss also that of the robust
 /// solution below kRemainingRobustStepAccepted).
 ///
-/// What the models of Pass::reduction say is taken off the looks first, where the points start, and
-/// again where they were solved until it stays; known points with a velocity are taken to the dates
-/// of the images. Then, and only then, the block is copied.
+/// Reductions by the models of Pass::reduction are subtracted from the looks first, at the start
+/// positions of the points, and again at the solved positions until they no longer change; known
+/// points with a velocity are moved to the dates of the images. Only blocks with such models or
+/// velocities are copied.
 ///
 /// The result lists points as the block does. The sums over points may be taken in another order,
 /// that of the passes that see them (docs/performance.md), the same for the same block.
 ///
 /// `pairs` is used with options.pairs == kList. Throws InputError for a block that Validate()
-/// refuses, a look without a time or range, a path deep below the ground, pairs of points that
-/// there are not or of a point with itself, and options that do not fit the block;
+/// refuses, a look without a time or range, a path deep below the ground, pairs with a point that
+/// does not exist or of a point with itself, and options that do not fit the block;
 /// UndeterminedError where the block as a whole or its corrections are not determined; Interrupted.
 /// A point that is not determined is reported with its reason and left out.
 [[nodiscard]] AdjustResult Adjust(const Block& block,
@@ -69,7 +70,8 @@ namespace sarblock {
 /// (docs/theory/flight_path.md#recorded-flights). kAuto takes the first of these whose error stays
 /// below a tenth of the standard deviation of azimuth, or the one of least error. Looks and strip
 /// spans must be set. Returns warnings: recordings whose errors matter, with what helps. Throws
-/// InputError for a block that Validate() refuses and states that no way reads.
+/// InputError for a block that Validate() refuses and for states that cannot be read in any of
+/// these ways.
 [[nodiscard]] std::vector<std::string> MakePaths(Block* block);
 
 /// Fills time and range of looks that have none from the geometry of known positions on the nominal
@@ -86,10 +88,10 @@ namespace sarblock {
                                           const AdjustOptions& options,
                                           ProgressSink* progress = nullptr);
 
-/// What an adjustment would say of a block before it forms an equation.
+/// What CheckBlock() finds in a block before any equation is formed.
 struct BlockCheck {
   int corrections = 0;                ///< parameters of the corrections given
-  std::vector<std::string> findings;  ///< what it will suffer from, and what would mend that
+  std::vector<std::string> findings;  ///< problems that an adjustment will have, and their remedies
   ResourceNeeds needs;                ///< of an adjustment with the corrections given
 };
 

@@ -35,18 +35,18 @@ struct RecordingEffect {
   double azimuth_sigma_m = std::numeric_limits<double>::quiet_NaN();
   StateNoise noise{0.0, 0.0};      ///< of the states, as given or estimated
   std::optional<FitOfStates> fit;  ///< of a smoothed path
-  std::string why;                 ///< of kAuto: what was taken and why; else empty
+  std::string why;                 ///< kAuto: which way was taken and why; else empty
 
   [[nodiscard]] double Total_m() const {
     return std::hypot(noise_m, contradiction_m, interpolation_m);
   }
-  /// From a tenth of sigma on a recording is warned of: it adds 0.5 % to the sigma of one look, but
-  /// looks near each other share it.
+  /// True from a tenth of sigma on, which is warned of: such an error adds 0.5 % to the sigma of
+  /// one look, but looks near each other share it.
   [[nodiscard]] bool Matters() const { return Total_m() > 0.1 * azimuth_sigma_m; }
 };
 
-/// How the flight of a pass was recorded and read: ReadBlock() did what was asked; for a block in
-/// memory MakePaths() does (adjust/adjust.h).
+/// How the flight of a pass was recorded, and in which way its path is made of that: by
+/// ReadBlock(), or for a block in memory by MakePaths() (adjust/adjust.h).
 struct RecordedFlight {
   TrajectoryOptions asked;
   std::vector<StateVector> states;  ///< as recorded; empty: the states of the path
@@ -68,7 +68,7 @@ struct LookSigma {
   AzimuthUnit azimuth_unit = AzimuthUnit::kMetres;
 };
 
-/// What bounds the strip beside the track that a pass sees: the quantity of a position lies between
+/// Quantity that bounds the swath beside the track: a pass sees positions for which it lies between
 /// near and far. d = p - s, in the track axes of the flight path at the time of the look.
 enum class SwathKind : std::uint8_t {
   kLookAngle,    ///< atan2(|d.across|, -d.up) off nadir [rad]
@@ -113,8 +113,8 @@ struct Ionosphere {
   friend bool operator==(const Ionosphere&, const Ionosphere&) = default;
 };
 
-/// What the measured ranges and times of a pass hold beyond geometry and shall be taken off, as
-/// models that depend on where the point is, and as constants.
+/// Delays in the measured ranges and times of a pass that are to be subtracted, as models that
+/// depend on the position of the point, and as constants.
 struct ReductionModels {
   TroposphereModel troposphere = TroposphereModel::kNone;
   Weather weather;  ///< of kWeather
@@ -132,10 +132,10 @@ struct Pass {
   LookSide side = LookSide::kLeft;
   double wavelength_m = kNotGiven;  ///< needed for Doppler input only
   FlightPath path;
-  LookSigma sigma;                 ///< what a look takes that gives none; [sigma] already applied
+  LookSigma sigma;                 ///< of looks that give none; [sigma] already applied
   double start_s = 0.0;            ///< strip-normalised time -1 (model.md, section 3)
   double end_s = 0.0;              ///< strip-normalised time +1; start_s < end_s
-  std::string epoch_utc;           ///< what time_s = 0 is, for people ("2022-10-16T01:50:44Z")
+  std::string epoch_utc;           ///< time of time_s = 0, for people ("2022-10-16T01:50:44Z")
   std::optional<ImageGrid> image;  ///< the raster, for looks given by line and pixel
   RecordedFlight recorded;         ///< how `path` was made of its states
   std::optional<Swath> swath;      ///< not given: all that lies on the look side
@@ -166,8 +166,8 @@ struct Looks {
   std::vector<double> cone;               ///< squint [rad] or Doppler [Hz]; empty: all 0
   std::vector<double> range_sigma_m;      ///< empty or NaN: the pass's
   std::vector<double> azimuth_sigma;      ///< empty or NaN: the pass's
-  /// What was taken off the measured values for reasons beyond geometry: `range_m` and `time_s` are
-  /// without it. Empty: nothing.
+  /// Delays that were subtracted from the measured values; `range_m` and `time_s` no longer contain
+  /// them. Empty: nothing.
   std::vector<double> range_delay_m;
   std::vector<double> time_shift_s;
 
@@ -231,7 +231,7 @@ struct Block {
   Points points;
   Looks looks;
 
-  /// Time and range of a look as they were measured: nothing taken off.
+  /// Time and range of a look as they were measured, nothing subtracted.
   [[nodiscard]] RadarCoordinates Measured(std::size_t look) const {
     RadarCoordinates measured{looks.time_s[look], looks.range_m[look]};
     if (!looks.time_shift_s.empty()) measured.time_s += looks.time_shift_s[look];

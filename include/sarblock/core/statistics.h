@@ -36,8 +36,8 @@ struct Interval {
 /// Two-sided interval holding a chi-square variable of `degrees` with probability `level`.
 [[nodiscard]] Interval ChiSquareInterval(double level, double degrees);
 
-/// The middle of values put in order, of an even number the upper of both; NaN of none. None may be
-/// NaN. Leaves them in another order.
+/// Median of values, none of which may be NaN: for an even number the upper of the two middle ones;
+/// NaN without values. Changes their order.
 template <typename T>
 [[nodiscard]] T MedianInPlace(std::vector<T>* values) {
   if (values->empty()) return std::numeric_limits<T>::quiet_NaN();
@@ -46,7 +46,7 @@ template <typename T>
   return *middle;
 }
 
-/// The same, of a copy.
+/// The same on a copy.
 template <typename T>
 [[nodiscard]] T Median(std::vector<T> values) {
   return MedianInPlace(&values);

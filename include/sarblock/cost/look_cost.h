@@ -144,9 +144,8 @@ using CostPointer = std::unique_ptr<ceres::CostFunction>;
 //
 // Blocks: the point [3, m, frame axes], p = origin_m + block, then those of the corrections, as
 // CorrectedFlight::Blocks() gives them. Residuals are in standard deviations, predicted less
-// measured: standard normal where the model is true. Jacobians are analytic; of those that Ceres
-// does not ask for nothing is written. Losses, manifolds, constant blocks and bounds are the
-// Problem's.
+// measured: standard normal where the model is true. Jacobians are analytic; only those that Ceres
+// asks for are written. Losses, manifolds, constant blocks and bounds are the Problem's.
 //
 // Absolute coordinates are a trap: Ceres ends where a step is small beside the norm of all blocks.
 // Its parameter_tolerance of 1e-8 times 6.4e6 m times the square root of the number of points is
@@ -183,8 +182,8 @@ using CostPointer = std::unique_ptr<ceres::CostFunction>;
 
 /// The range at the measured time alone, which is exact: 1 residual, (rho(t) + corrections - R) /
 /// sigma_R. For transponders and altimeters; with DopplerConeCost() it is RangeDopplerCost() of a
-/// look whose Doppler was measured. Of a look whose time was measured it is not: there the range is
-/// that at the predicted time.
+/// look whose Doppler was measured. For a look whose time was measured the two are not the same:
+/// there the range is that at the predicted time.
 [[nodiscard]] CostPointer RangeSphereCost(
     FlightPointer flight,
     const LookMeasurement& look,
@@ -198,8 +197,8 @@ using CostPointer = std::unique_ptr<ceres::CostFunction>;
     const Eigen::Vector3d& origin_m = Eigen::Vector3d::Zero());
 
 /// The priors of one block of a correction, value over standard deviation, one residual for each
-/// parameter that has one; null if none has. Of a spline one for each of its blocks is needed; they
-/// are alike. Add it once for each array, not once for each flight that shares it.
+/// parameter that has one; null if none has. A spline needs one for each of its blocks; they are
+/// alike. Add it once for each array, not once for each flight that shares it.
 [[nodiscard]] CostPointer PriorCost(const CorrectedFlight& flight, std::size_t correction);
 
 /// A known position as Adjust() has it: up to three residuals, L^-1 (E (p - p_known)) of the fixed

@@ -26,7 +26,7 @@ struct ProblemCovarianceOptions {
   /// Residuals and Jacobians as the losses of the problem weight them, as the solver and
   /// ceres::Covariance do.
   bool apply_loss_function = true;
-  int threads = 0;  ///< of the Jacobian and of what is made of it; 0: all cores
+  int threads = 0;  ///< for the Jacobian and all later steps; 0: all cores
   /// What messages call a parameter block. Without it, and where it returns nothing: "point 12" or
   /// "block 3", the place in `points` or, of the others, in the order in which residuals name them.
   std::function<std::string(const double* block)> name;
@@ -40,8 +40,8 @@ struct ProblemCovarianceOptions {
 /// (docs/theory/covariance.md, eq. (22)); what is left are the equations of the others, whose
 /// Cholesky factor and selected inverse (Takahashi) follow the blocks that points and residuals
 /// connect. Nothing is approximated, and time and memory grow with the points and with the fill of
-/// the factor, not with the square of the unknowns. Points are whatever is many and meets no other
-/// of its kind in a residual: the points of a bundle block, tie points of radar, depths.
+/// the factor, not with the square of the unknowns. Points may be any numerous blocks of which no
+/// two share a residual: the points of a bundle block, tie points of radar, depths.
 ///
 /// It keeps what it needs: the problem may change or end afterwards. All functions are const and
 /// may be called by several threads.
@@ -55,7 +55,7 @@ class ProblemCovariance {
   /// UndeterminedError where the residuals do not determine a point (its rows, columns scaled to
   /// unit length, have a condition above 1e12) or the other blocks (their equations, scaled to unit
   /// diagonal, have an eigenvalue below 1e-12); its names() are those of the blocks that can move
-  /// together. What is near these limits has four digits.
+  /// together. Near these limits results have four correct digits.
   ProblemCovariance(ceres::Problem& problem,
                     std::span<double* const> points,
                     const ProblemCovarianceOptions& options = {});

@@ -34,8 +34,8 @@ struct DiagnosisBounds {
 /// Corrections are those of `options` where given, with their priors. Hypotheses are tried in the
 /// order of their promise until `bounds` end it; those left are counted (Diagnosis::untried). The
 /// same block has the same diagnosis with any number of threads. A block in which nothing
-/// contradicts has no explanations. Throws Interrupted alone: a block that cannot be solved is what
-/// it is for.
+/// contradicts has no explanations. Throws only Interrupted: blocks that cannot be solved are its
+/// purpose.
 [[nodiscard]] Diagnosis Diagnose(const Block& block,
                                  const AdjustOptions& options,
                                  ProgressSink* progress = nullptr,
@@ -52,7 +52,7 @@ std::optional<Diagnosis> ExplainFailure(const Block& block,
 
 /// The diagnosis of a block that was refused, for people who have read the refusal: of its
 /// explanations only those with which the whole block is determined and sound, or with which half
-/// of the looks without a place find one. What merely takes a part of v'Pv says nothing of why a
+/// of the looks without a place find one. An explanation that only lowers v'Pv does not say why a
 /// datum, equations or points are missing.
 [[nodiscard]] Diagnosis ExplainRefusal(const Block& block,
                                        const AdjustOptions& options,

@@ -28,8 +28,8 @@ struct AdjustOption {
   std::string_view help;      ///< one sentence
 };
 
-/// The `[adjust]` table of a block: the options of Adjust() and what only a program with files can
-/// do, which functions on blocks in memory cannot.
+/// The `[adjust]` table of a block: the options of Adjust() and those that need files, which
+/// functions on blocks in memory do not have.
 struct AdjustTable : AdjustOptions {
   AdjustTable() = default;
   AdjustTable(const AdjustOptions& options)  // NOLINT(google-explicit-constructor)
@@ -68,7 +68,7 @@ enum class Measurements {
 };
 
 /// What becomes of a block that contradicts itself grossly: looks whose time is outside their
-/// flight path, Dopplers that no direction has, geocentric paths deep below the ground.
+/// flight path, Dopplers too large for any direction, geocentric paths deep below the ground.
 enum class Contradictions {
   kRefuse,
   kKeep,  ///< for Diagnose(), which looks for the cause

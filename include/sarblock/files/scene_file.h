@@ -28,9 +28,9 @@ namespace sarblock::files {
 [[nodiscard]] std::string EffectiveSceneText(const std::filesystem::path& path,
                                              const std::vector<std::string>& overrides = {});
 
-/// Every key of a scene, dotted as for `--set` (`flight.0.height_m`), but
-/// for those of its [adjust] table. Asked of the readers, so that it cannot differ from what they
-/// take.
+/// Every key of a scene, dotted as for `--set` (`flight.0.height_m`), but for those of its [adjust]
+/// table. Collected from the readers, so that the list cannot differ from the keys that they
+/// accept.
 [[nodiscard]] std::vector<std::string> SceneKeys();
 
 }  // namespace sarblock::files

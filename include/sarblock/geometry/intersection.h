@@ -15,12 +15,12 @@ namespace sarblock {
 /// Closed start from the pair that intersects best, then Newton with damping. Among mirror
 /// solutions the look side decides, then the one below the antennas.
 ///
-/// Not determined (touching, coinciding) is a point whose Jacobian is singular by the option, whose
-/// standard deviation exceeds half the shortest range, or whose equations bend so much within one
-/// standard deviation that the mirror solution is as likely. kCirclesDoNotMeet: v'Pv beyond its
-/// chi-square quantile at 1 - 1e-6 for 2n - 3 degrees of freedom. Except for kTooFewLooks the
-/// position is the best point found for any outcome: usable as a start value, not as a result.
-/// The covariance is zero where the point is not determined.
+/// A point is not determined (touching, coinciding) if its Jacobian is singular by the option, if
+/// its standard deviation exceeds half the shortest range, or if its equations are so nonlinear
+/// within one standard deviation that the mirror solution is as likely. kCirclesDoNotMeet: v'Pv
+/// beyond its chi-square quantile at 1 - 1e-6 for 2n - 3 degrees of freedom. Except for
+/// kTooFewLooks the position is the best point found for any outcome: usable as a start value, not
+/// as a result. The covariance is zero where the point is not determined.
 /// Throws InputError for a value that is not finite, a range, speed or standard deviation that is
 /// not positive, a side other than +1 or -1, a squint or Doppler centroid beyond the flight axis.
 /// Leberl (1979), Eq. 1-4; docs/theory/intersection.md.

@@ -192,8 +192,8 @@ struct LookGeometry {
 };
 
 /// What the look measures, predicted. Row 0 of a partial is that of the range, row 1 that of the
-/// time. Partials by the antenna are by what moves it at the time it was read: a parameter that
-/// moves it by f(t) has the partial d_position f + d_velocity f' + d_acceleration f''.
+/// time. Partials by the antenna are for changes of its motion at the time it was read: a parameter
+/// that moves it by f(t) has the partial d_position f + d_velocity f' + d_acceleration f''.
 struct LookPrediction {
   double range_m = 0.0;                    ///< rho at t_p
   double delay_s = 0.0;                    ///< t_p less the time at which the antenna was read
@@ -216,8 +216,8 @@ struct LookPrediction {
 ///
 /// the cone axis u along v + |v| c, the antenna moving on from where it was read with its velocity,
 /// acceleration and jerk. t_p by Newton's method to 1e-12 of rho, as the last step leaves it; its
-/// partials are those of the implicit function, dt_p = -de_d / (de_d/dt). Left out of them, by
-/// acceleration: what the third derivative of f moves.
+/// partials are those of the implicit function, dt_p = -de_d / (de_d/dt). The partials by
+/// acceleration leave out the effect of the third derivative of f.
 ///
 /// False where there is no value: rho below 1 mm, antenna at rest, |sin(tau)| not below 1, a cone
 /// that never passes over the point or does so with less than a fiftieth of the speed, an argument

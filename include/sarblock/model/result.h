@@ -77,22 +77,22 @@ struct CheckedObservations {
   static constexpr double kHardly = 0.1;
   std::size_t count = 0;
   std::size_t hardly = 0;  ///< with a redundancy below kHardly
-  /// The one whose least detectable blunder would move its point farthest: the point, its pass (of
-  /// control the component: 0 east, 1 north, 2 up), its redundancy, that blunder and that shift,
-  /// infinite where no blunder is found.
+  /// The observation whose least detectable blunder would move its point farthest: the point, its
+  /// pass (for control the component: 0 east, 1 north, 2 up), its redundancy, that blunder and that
+  /// shift, both infinite where no blunder can be detected.
   std::uint32_t point = 0, part = 0;
   double redundancy = kNotGiven, blunder_m = kNotGiven, shift_m = kNotGiven;
 };
 
-/// The tests of a result in short. Above the critical value counts |w| or, where that is the test,
-/// |tau|.
+/// The tests of a result in short. Counts above the critical value are of |w| or, where that is the
+/// test, of |tau|.
 struct QualitySummary {
   ReliabilityFigures figures;
   std::array<CheckedObservations, 3> checked{};  ///< ranges, azimuths, control components
   std::array<std::size_t, 2> looks_tested{};     ///< range, azimuth
   std::array<std::size_t, 2> looks_above{};
   std::size_t control_tested = 0, control_above = 0;
-  /// Looks tested whose point has one degree of freedom: all its tests are one.
+  /// Tested looks whose point has one degree of freedom, so that all its tests are the same.
   std::size_t looks_not_localisable = 0;
   std::array<double, 2> median_redundancy{};  ///< NaN without looks
   std::vector<TestedLook> worst;              ///< largest |w| first, at most ten; none predicted
@@ -101,7 +101,7 @@ struct QualitySummary {
   [[nodiscard]] std::size_t above() const {
     return looks_above[0] + looks_above[1] + control_above;
   }
-  /// Above the critical value by chance.
+  /// Number expected above the critical value by chance.
   [[nodiscard]] double expected_above() const {
     return figures.alpha_one * static_cast<double>(figures.tests);
   }
@@ -152,8 +152,8 @@ struct ObservationGroup {
   [[nodiscard]] bool agrees() const { return band.Contains(factor()); }
 };
 
-/// What a pass (or a group of corrections that passes share) has of v'Pv and of the redundancy of
-/// the block. The shares of all, and of the control points, add to both but for observations
+/// Share of a pass (or of a group of corrections that passes share) in v'Pv and the redundancy of
+/// the block. All shares and those of the control points add up to both, except for observations
 /// without redundancy.
 struct PassShare {
   std::string owner;                                      ///< id of the pass, or name of the group
@@ -324,8 +324,9 @@ struct SelectionReport {
   std::vector<SimplificationBound> simplifications;  ///< all four; empty without solved points
   Simplified simplified;                             ///< what was taken
   double simplified_gain = kNotGiven;                ///< measured, of all that was taken together
-  double simplified_shift = kNotGiven;  ///< by which the full model would move a point, in sigmas
-                                        ///< of it: of what was taken, or given up for that
+  double simplified_shift = kNotGiven;  ///< largest move of a point by the full model, in its
+                                        ///< sigmas, from the simplified model that was taken, or
+                                        ///< given up because of it
   int rounds = 0;                       ///< linearisations
   int steps = 0;                        ///< candidates that entered or were dropped
   bool settled = true;                  ///< the last round changed nothing
@@ -373,7 +374,7 @@ struct PointResults {
   /// Direction of across, clockwise from north.
   std::vector<double> leberl_across_azimuth_rad;
 };
-/// Its columns of numbers that only a covariance gives, for what treats them alike.
+/// Columns of PointResults that only a covariance gives, for code that treats them alike.
 inline constexpr std::array kAccuracyFigures{&PointResults::redundancy,
                                              &PointResults::sigma_leberl_across_m,
                                              &PointResults::sigma_leberl_up_m,
@@ -403,13 +404,13 @@ struct ParameterResult {
   }
 };
 
-/// How far the standard deviation of a correction k holds. Where it is moved by t of them and all
-/// others follow,
+/// How far the standard deviation of a correction k is valid. If it is moved by t standard
+/// deviations and all others follow,
 ///
 ///     v'Pv - its minimum = (t + curvature t^2)^2
 ///
-/// but for residuals times second derivatives and what is of third order: 0 where the equations are
-/// linear (docs/theory/quality.md, eq. (17a)).
+/// except for residuals times second derivatives and terms of third order; the curvature is 0 where
+/// the equations are linear (docs/theory/quality.md, eq. (17a)).
 struct CorrectionCurvature {
   std::uint32_t parameter = 0;  ///< index into AdjustResult::parameters
   double curvature = 0.0;       ///< [1]
@@ -492,11 +493,12 @@ struct SnoopingReport {
 };
 
 /// Reliability of looks, by look index of the block, component 0 the range and 1 the azimuth (along
-/// track, or time where it was given in seconds); NaN where the look took no part. What alpha and
-/// power of a test make of them (minimal detectable blunder delta0 sigma / sqrt(r), its influence
-/// delta0 / sqrt(r) times shift) is for the reader. docs/theory/quality.md.
+/// track, or time where it was given in seconds); NaN where the look took no part. Figures that
+/// also depend on alpha and power of a test (minimal detectable blunder delta0 sigma / sqrt(r), its
+/// influence delta0 / sqrt(r) times shift) are left to the caller. docs/theory/quality.md.
 struct LookQuality {
-  /// r = 1 - a C a' of the component in units of its sigma: what of an error shows in its residual.
+  /// r = 1 - a C a' of the component in units of its sigma: the part of an error that shows in its
+  /// residual.
   std::array<std::vector<float>, 2> redundancy;
   /// Standardised residual v / (sigma sqrt(r)); NaN where r vanishes.
   std::array<std::vector<float>, 2> w;
@@ -559,7 +561,7 @@ inline constexpr double kRemainingStepAccepted = 1e-3;
 /// other) let the last steps shrink slowly: far below what the loss itself costs in efficiency.
 inline constexpr double kRemainingRobustStepAccepted = 0.1;
 
-/// What one term took off the ranges or the times of the looks of one pass.
+/// What one term subtracted from the ranges or the times of the looks of one pass.
 struct ReductionTerm {
   std::uint32_t pass = 0;
   std::string term;  ///< "given", "troposphere", "ionosphere", "tide", "motion", "constant"
@@ -567,7 +569,7 @@ struct ReductionTerm {
   double mean = 0.0, least = 0.0, largest = 0.0;
 };
 
-/// What was taken off the measured values (docs/theory/reductions.md).
+/// What was subtracted from the measured values (docs/theory/reductions.md).
 struct Reductions {
   std::vector<double> range_m, time_s;  ///< by look, all terms; empty: nothing was
   std::vector<ReductionTerm> terms;     ///< by pass
@@ -592,7 +594,8 @@ struct AdjustResult {
   Reductions reductions;
   std::vector<ControlQuality> control_quality;
   std::optional<SnoopingReport> snooping;
-  /// Empty where not asked for. Its test is that before, the one below that after.
+  /// Empty where not asked for. It holds the global test before the estimation; the test below is
+  /// the one after it.
   std::optional<VarianceComponentReport> variance_components;
   std::optional<MonteCarloReport> montecarlo;
   std::vector<CheckResult> checks;
@@ -616,8 +619,8 @@ struct AdjustResult {
   double final_cost = 0.0;
   double gradient = 0.0;        ///< largest |g_i| / sqrt(H_ii), dimensionless
   double remaining_step = 0.0;  ///< length of the Newton step left, in sigmas
-  /// By which covariances and standard deviations of points, pairs, corrections and strips were
-  /// multiplied: sigma0_squared where AdjustOptions::scale_by_posterior asks for it, else 1.
+  /// Factor on covariances (its root: on standard deviations) of points, pairs, corrections and
+  /// strips: sigma0_squared where AdjustOptions::scale_by_posterior asks for it, else 1.
   double posterior_factor = 1.0;
   /// v'Pv over redundancy of looks and control, without priors; of all observations where the
   /// redundancy of the priors is not known (covariances not computed).
@@ -667,23 +670,24 @@ struct Explanation {
   double redundancy_after = 0.0;   ///< less the parameters that undo the mistake
   /// The block as a whole with the mistake undone (docs/theory/diagnosis.md, "Cure").
   struct Cure {
-    bool tried = false;  ///< solved; else the figures below are none
+    bool tried = false;  ///< solved; else the figures below are not set
     bool cures = false;  ///< looks and control, and the priors, are within their bands
     double factor = kNotGiven, lower = kNotGiven, upper = kNotGiven;  ///< looks and control
     double priors_factor = kNotGiven;                                 ///< NaN without priors
     std::size_t points = 0;  ///< of the block or, where it is very large, of a part of it
   };
   Cure cure;
-  /// Looks of the sample without a place (no intersection, or one where they do not look to).
+  /// Looks of the sample without a valid position of their point (no intersection, or one on a side
+  /// where they do not look).
   std::size_t looks_lost_before = 0, looks_lost_after = 0;
 };
 
 /// What was found, the most likely explanation first.
 struct Diagnosis {
-  bool contradicts = false;  ///< the sample fails its global test, or looks find no place
+  bool contradicts = false;  ///< the sample fails its global test, or looks have no valid position
   std::vector<Explanation> explanations;
-  /// What the residuals show that is no noise, where a standard deviation would explain them but
-  /// for that; else empty.
+  /// Systematic pattern in the residuals, named where another standard deviation would explain them
+  /// if they were noise; else empty.
   std::string pattern;
   std::vector<std::string> remarks;  ///< seen before any test: passes or points that are copies
   double square_sum = 0.0;           ///< v'Pv of the sample, check points as control
@@ -699,10 +703,10 @@ struct Diagnosis {
   [[nodiscard]] std::vector<std::string> Sentences() const;
 };
 
-/// What an adjustment takes of a computer, predicted from the block and the pattern of its reduced
-/// normal matrix S (docs/theory/covariance.md) before anything of that is allocated. Memory in
-/// bytes, of 8 a number; work in operations, a product and its sum. Fronts are those of one thread;
-/// each further one may keep a branch of the elimination tree more.
+/// Memory and work of an adjustment, predicted from the block and the pattern of its reduced normal
+/// matrix S (docs/theory/covariance.md) before anything is allocated. Memory is in bytes, 8 per
+/// number; work is in operations, each a product and its sum. Fronts are those of one thread; each
+/// further one may keep a branch of the elimination tree more.
 struct ResourceNeeds {
   std::uint64_t looks_bytes = 0;   ///< looks, their weights and what a result says of them
   std::uint64_t points_bytes = 0;  ///< points, their state and what a result says of them
@@ -732,7 +736,7 @@ void Refuse(AdjustResult* result, const std::string& reason);
 /// Adds a warning to a result.
 void Warn(AdjustResult* result, const std::string& text);
 
-/// Something that the finding names takes no part any more.
+/// True where something that the finding names no longer takes part.
 [[nodiscard]] bool LeavesOut(const BlunderFinding& finding);
 
 /// The 3 x 3 matrix, east, north, up, of its six numbers (SymmetricEnu).

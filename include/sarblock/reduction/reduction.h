@@ -15,13 +15,14 @@ namespace sarblock {
 /// Delay of a vertical ray from a height above the ellipsoid to space in the mean atmosphere of the
 /// Earth [m], after Jehle et al. (2008), Sensors 8, 8479. Their polynomial is followed to 6 km, an
 /// exponential with its value and slope from there on: within 0.025 m of what the pressure of the
-/// standard atmosphere (ISO 2533) gives, and towards 0. Below -1 km it is what it is there.
+/// standard atmosphere (ISO 2533) gives, and towards 0. Below -1 km the delay is that at -1 km.
 [[nodiscard]] double ZenithDelay_m(double height_m);
 
 /// The same in the weather of a day, after Saastamoinen (1972) with the gravity of Davis et al.
 /// (1985). Pressure and temperature are carried from the weather's height to the point's by the
 /// lapse of the standard atmosphere, 6.5 K/km to 11 km and none above; vapour decays with the
-/// pressure (Askne and Nordius, 1987). From -1 km on, as above. Throws as Validate(weather) does.
+/// pressure (Askne and Nordius, 1987). Below -1 km the delay is that at -1 km. Throws as
+/// Validate(weather) does.
 [[nodiscard]] double ZenithDelay_m(const Weather& weather, double lat_rad, double height_m);
 
 /// Group delay of a ray through free electrons [m]: 40.31 TEC/f^2, all of them in a shell at 450 km

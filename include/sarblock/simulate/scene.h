@@ -264,7 +264,8 @@ struct ExactLooks {
 };
 
 /// Why a pass takes no look at a placed point: the first of these that applies. kBeyondReach: the
-/// point is farther from the middle of the path than any point of the strip, and is not asked more.
+/// point is farther from the middle of the path than any point of the strip, and is not examined
+/// further.
 enum class LookLoss {
   kBeyondReach,
   kBeyondStrip,   ///< before the strip's start or after its end
@@ -277,13 +278,14 @@ enum class LookLoss {
 /// Pairs of a point and a pass, by LookLoss.
 using LossCounts = std::array<std::size_t, 7>;
 
-/// What a pass makes of the placed points: `shown` and all `lost` add up to their number.
+/// Numbers of placed points that a pass shows and loses: `shown` and all `lost` add up to all of
+/// them.
 struct PassCoverage {
   std::size_t shown = 0;
   LossCounts lost{};
 };
 
-/// What becomes of the points that a scene places, those included that are then left out.
+/// How the passes cover the points that a scene places, including those that are then left out.
 struct SceneCoverage {
   struct Points {
     std::size_t placed = 0;

@@ -87,12 +87,12 @@ enum class FolderContent { kResult, kBlock, kStudy };
 /// What a block or a result at this path is called where it has no other name: the folder's own, or
 /// the file's without ".h5".
 [[nodiscard]] std::string NameAt(const std::filesystem::path& path);
-/// Whether there is an HDF5 file.
+/// Whether the path is an HDF5 file.
 [[nodiscard]] bool IsContainer(const std::filesystem::path& path);
 /// Whether HDF5 files are tried in a process of their own before they are read (true at first), by
-/// posix_spawn() and without a handler of SIGCHLD: libhdf5 does not bear every damaged file. A host
-/// that wants no child processes reads such a file at the risk of its own. Of the whole process;
-/// any thread may call it.
+/// posix_spawn() and without a handler of SIGCHLD: some damaged files crash libhdf5. A host that
+/// wants no child processes risks its own process with such a file. The setting is for the whole
+/// process; any thread may call it.
 void TryHdf5Apart(bool apart);
 /// What an HDF5 file says that it holds; nothing if it is not one of ours or cannot be read.
 [[nodiscard]] std::optional<FolderContent> ContentOf(const std::filesystem::path& container);
@@ -108,7 +108,7 @@ enum class ForeignFiles { kRefuse, kReplace };
 /// files were changed since it was written is refused like one of somebody else. A folder that does
 /// not exist, and an empty one, can be written. Names that begin with a dot do not count. Call it
 /// before the work whose outcome is to be written; an OutputLock then keeps it so. A name that ends
-/// in ".h5" is one of a file, which is one of ours by what it holds.
+/// in ".h5" is that of a file, which is recognised as ours by its content.
 void RequireFolderFor(FolderContent content,
                       const std::filesystem::path& folder,
                       ForeignFiles foreign);
@@ -127,11 +127,11 @@ void RequireFileFor(const std::filesystem::path& file, FileMarks marks, ForeignF
 /// it must be empty or have one of `marks`.
 void RequireFilesFor(const std::filesystem::path& folder, FileMarks marks, ForeignFiles foreign);
 
-/// The right of one run to write an output, a folder or a file: a lock (flock) on the hidden file
-/// `.sarblock-lock` in the folder, `.NAME.sarblock-lock` beside a file, which says who holds it and
-/// is gone afterwards. A process that is killed holds nothing. To be taken before the work whose
-/// outcome is written, so that a second run is told before its own. Whoever writes takes it too;
-/// within the scope of one that this thread holds already that costs nothing.
+/// Exclusive right of one run to write an output, a folder or a file: a lock (flock) on the hidden
+/// file `.sarblock-lock` in the folder, `.NAME.sarblock-lock` beside a file, which says who holds
+/// it and is gone afterwards. A process that is killed holds nothing. Take it before the work whose
+/// outcome is written, so that a second run is refused before its own work. Functions that write
+/// take it too; where this thread already holds it, that costs nothing.
 class OutputLock {
  public:
   /// Makes the folder, or that of the file. Throws InputError where another run holds the lock,
@@ -180,7 +180,7 @@ inline constexpr const char* kWrittenBySarblock = "# written by sarblock\n";
 /// Text of every report.
 inline constexpr std::string_view kReportMark = "<meta name=\"generator\" content=\"sarblock ";
 
-/// Which folder holds which part of what is to be joined. Errors are InputErrors that name the
+/// The folders that hold the parts of an output to be joined. Errors are InputErrors that name the
 /// folder.
 class PartFolders {
  public:
