@@ -28,8 +28,8 @@ namespace sarblock {
 ///   - the known points (control and check) of a pass and its looks: side, range, place along the
 ///     flight;
 ///   - a known point alone and the others of its passes.
-/// Errors of paths that navigation may have, up to some per cent of the range, draw no remark:
-/// mistakes of units, frames, sides, files and names do. Linear in the looks.
+/// Path errors as navigation may have, up to some per cent of the range, are not remarked on;
+/// mistakes of units, frames, sides, files and names are. Linear in the looks.
 [[nodiscard]] std::vector<std::string> ExaminePlausibility(const Block& block);
 
 /// The evidence that the recorded states of a pass are in inertial axes (FindInertialMotion);
@@ -42,8 +42,8 @@ namespace sarblock {
 
 /// Passes that have the same recorded states, a sentence for each pair: one flight under two names,
 /// whose errors are the same, or, if the times differ, the orbit of another date. Straight flights
-/// are left out: they are lines of a plan. Passes whose indices `share` joins are one flight that
-/// is known to be one.
+/// are left out: they are lines of a plan. Passes whose indices `share` joins are known to be one
+/// flight.
 [[nodiscard]] std::vector<std::string> FindSameFlights(
     const Block& block, const std::function<bool(std::size_t, std::size_t)>& share);
 
@@ -56,8 +56,8 @@ namespace sarblock {
 void RequireAboveGround(const Block& block);
 
 /// Throws InputError naming a pass of a geocentric frame whose states are in inertial axes
-/// (FindInertialMotion) and whose known points lie where these axes do not let its looks see them:
-/// off by more than a third of what the rotation of the body turns its cones by. A block simulated
+/// (FindInertialMotion) and whose looks cannot see their known points in these axes: the points are
+/// off by more than a third of the turn of the cones by the body's rotation. A block simulated
 /// about a body that does not turn agrees with its known points and is a good one.
 void RequireBodyFixedStates(const Block& block);
 

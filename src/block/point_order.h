@@ -21,7 +21,7 @@ using PointOrder = std::vector<std::uint32_t>;
 /// the passes are few.
 [[nodiscard]] PointOrder OrderByPasses(const Block& block);
 
-/// The order that leads back.
+/// The inverse order.
 [[nodiscard]] PointOrder InverseOf(const PointOrder& order);
 
 /// Offsets of looks (Looks::offsets) with the points in this order.

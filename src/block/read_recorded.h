@@ -17,8 +17,8 @@ namespace sarblock {
 /// standard deviation of azimuth, or the one of least effect. Paths read through their states stay
 /// as they are. The looks and the spans of the strips must be set. Returns warnings: recordings
 /// that matter, with the remedy, and smoothed paths that their states do not fit as stated. Throws
-/// InputError with the place of a pass of whose states no path can be made: of `places` by pass, as
-/// a reader of files knows them, else its id.
+/// InputError for a pass whose states give no path, at its place in `places` (by pass, as a reader
+/// of files knows them) or else by its id.
 [[nodiscard]] std::vector<std::string> ReadRecordedFlights(Block* block,
                                                            std::span<const FilePlace> places = {});
 

@@ -42,8 +42,8 @@ enum class Unseen { kBeyondStrip, kWrongSide, kBelowHorizon, kOutsideSwath };
                               double antenna_radius_m,
                               double ground_radius_m);
 
-/// Beyond its limits by this part of its width a position counts as outside a swath: paths with
-/// errors see a little more or less than the paths that were planned.
+/// A position counts as outside a swath if it is beyond a limit by more than this part of the
+/// swath's width: paths with errors see a little more or less than the planned ones.
 inline constexpr double kSwathMargin = 0.05;
 
 /// One sentence for each kind of swath that has looks at positions outside of it: how many, and the
@@ -67,8 +67,8 @@ struct Coverage {
 /// "2.8 looks per point (0 to 4) at look angles of 32 to 51 degrees".
 [[nodiscard]] std::string Describe(const Coverage& coverage);
 
-/// What must be said of looks that were planned because a block has none: how many they are and at
-/// which look angles, where not every pass has a swath. Else nothing.
+/// Warning about looks that were planned because a block has none: their number and look angles,
+/// where not every pass has a swath. Else nothing.
 [[nodiscard]] std::optional<std::string> WarningOfPlan(
     const Block& planned, const std::vector<Eigen::Vector3d>& positions_m);
 

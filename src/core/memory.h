@@ -17,8 +17,8 @@ namespace sarblock {
 /// Memory that this process may still take without swapping: what /proc/meminfo calls available,
 /// and no more than the control groups that the process is in (version 1 or 2, all of the path)
 /// leave below their limits, their page cache counted as free, and than its own limit of addresses
-/// (ulimit -v). Infinite where the system tells nothing. `root`: the system's files; of a test,
-/// too.
+/// (ulimit -v). Infinite where the system gives no figure. `root`: where the system's files are;
+/// tests give their own.
 [[nodiscard]] double AvailableMemory_bytes(const std::filesystem::path& root = "/");
 
 /// Asks the system for pages of 2 MiB for an array that will be filled to its end: a hundred times
@@ -37,7 +37,8 @@ void ReserveInLargePages(std::size_t count, std::vector<T>* values) {
 /// Arrays of at least so many bytes may be in scratch files.
 inline constexpr std::size_t kScratchMinBytes = std::size_t{2} << 20;
 
-/// A folder that has no place for a scratch file; what() says which folder, how much and why.
+/// Thrown where a folder has no space for a scratch file; what() says which folder, how much and
+/// why.
 class ScratchError : public std::bad_alloc {
  public:
   explicit ScratchError(const std::string& words) : words_(words) {}
@@ -70,8 +71,8 @@ class ScratchScope {
   const ScratchScope* outer_;
 };
 
-/// While one of these lives, what this thread allocates is memory again: matrices, which are worked
-/// on everywhere at once.
+/// While one of these lives, this thread allocates memory again, not scratch files: for matrices,
+/// all parts of which are in use at once.
 class ResidentScope {
  public:
   ResidentScope();

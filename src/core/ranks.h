@@ -104,7 +104,7 @@ class RanksScope {
   RanksScope(const RanksScope&) = delete;
   RanksScope& operator=(const RanksScope&) = delete;
 
-  /// Those of the innermost scope of this thread if they are two or more, else null.
+  /// The ranks of the innermost scope of this thread if there are two or more, else null.
   [[nodiscard]] static Ranks* Current();
 
  private:

@@ -285,8 +285,7 @@ LookMeasurement MeasurementOf(const Block& block,
 
 namespace {
 
-/// Where the block of a point counts from: a place of its own, or one of somebody else that may
-/// move.
+/// Origin of the block of a point: an own position, or that of another owner, which may move.
 class Origin {
  public:
   explicit Origin(const Eigen::Vector3d& own_m) : own_m_(own_m) {}

@@ -33,19 +33,20 @@ struct Alternation {
   double position_m = 0.0, velocity_mps = 0.0;  ///< 0: not significant
 };
 
-/// Odd states against even ones: divided differences of order 8, scaled so that an alternation of
-/// +-1/2 comes out as +-1/2, in which a flight that the states resolve vanishes. Two solutions
-/// whose states alternate make it change its sign from state to state; it counts where the mean
-/// with alternating signs has more than 80 % of the mean square, is more than three times the noise
-/// of the odd and of the even states by themselves, and more than 1 mm or 0.1 mm/s. Nothing where
-/// there are less than 20 states or no alternation.
+/// Compares odd states with even ones by divided differences of order 8, in which a flight that the
+/// states resolve vanishes, scaled so that an alternation of +-1/2 comes out as +-1/2. If states
+/// alternate between two solutions, the difference changes its sign from state to state; an
+/// alternation counts where the mean with alternating signs has more than 80 % of the mean square,
+/// is more than three times the noise of the odd and of the even states by themselves, and more
+/// than 1 mm or 0.1 mm/s. Nothing where there are less than 20 states or no alternation.
 [[nodiscard]] std::optional<Alternation> FindAlternation(std::span<const StateVector> states);
 
 /// "its states alternate between two solutions ...".
 [[nodiscard]] std::string Describe(const Alternation& alternation);
 
-/// What brings a time to the path by a whole day or week, whose seconds begin again: +-86,400 or
-/// +-604,800 s. 0 where the time is on the path, or none does.
+/// Shift by a whole day or week (+-86,400 or +-604,800 s) that brings a time onto the path, for
+/// seconds that were counted from another day or week; 0 where the time is on the path, or no such
+/// shift helps.
 [[nodiscard]] double WrapOf_s(const FlightPath& path, double time_s);
 
 /// Acceleration of recorded states that the attraction of their body leaves unexplained.
@@ -54,10 +55,10 @@ struct InertialMotion {
   double in_turning_axes_mps2 = 0.0;  ///< if they turn with the body
 };
 
-/// Whether the states of a satellite stand in axes that do not turn with the body: over the first
-/// and over the second half of them the change of the velocities, less the integral (trapezoids) of
-/// the attraction of a point mass, is less than a tenth of what is left of it with Coriolis and
-/// centrifugal acceleration. Nothing where they do not, or where there are fewer than three states;
+/// Whether the states of a satellite are in axes that do not turn with the body: over the first and
+/// over the second half of them the change of the velocities, less the integral (trapezoids) of the
+/// attraction of a point mass, is less than a tenth of the same with Coriolis and centrifugal
+/// acceleration included. Nothing where they do not, or where there are fewer than three states;
 /// nothing for an aircraft, whose motion follows attraction in neither system of axes.
 [[nodiscard]] std::optional<InertialMotion> FindInertialMotion(std::span<const StateVector> states,
                                                                const Body& body);
@@ -65,10 +66,9 @@ struct InertialMotion {
 /// "its states move as in axes that do not turn with the body ...".
 [[nodiscard]] std::string Describe(const InertialMotion& motion);
 
-/// What is wrong with the velocity and the position of a path that is made of recorded states, root
-/// mean square over a strip. Noise, and what a smoothed path does not follow, are those of one
-/// axis; the others are lengths of vectors across the flight, since a longer velocity does not turn
-/// it.
+/// Errors of velocity and position of a path made of recorded states, root mean square over a
+/// strip. Noise, and what a smoothed path does not follow, are for one axis; the others are lengths
+/// of vectors across the flight, since an error of the speed does not turn its direction.
 struct PathErrors {
   StateNoise noise{0.0, 0.0};
   double contradiction_mps = 0.0;  ///< by velocities that are not those of the positions
@@ -89,8 +89,8 @@ struct RecordedPath {
 /// of their agreement within a strip.
 ///
 /// Noise comes from differences of high order, in which a flight that the states follow vanishes
-/// (eq. (20)); where they still fall with the order there is no noise to be seen and it is 0.
-/// The contradiction is the mean over sixteenths of the strip of velocities less derivatives of the
+/// (eq. (20)); where these still fall with the order, no noise is visible and it is 0. The
+/// contradiction is the mean over sixteenths of the strip of velocities less derivatives of the
 /// polynomials through nine positions (eq. (21)), 0 where it is not significant beside the noise.
 ///
 /// What a path cannot follow between states is its difference to a polynomial of higher degree

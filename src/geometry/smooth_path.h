@@ -44,10 +44,10 @@ struct SmoothedPath {
   std::vector<StateVector> states;  ///< at the knots; the cubic through them is the spline
   StateNoise sigmas;                ///< of the states: as given, or as estimated
   StateMisfit positions, velocities;
-  /// What noise of the sigmas leaves in the path, one axis, root mean square over the strip.
+  /// Noise left in the path by states with these sigmas, one axis, root mean square over the strip.
   StateNoise remaining;
-  /// By how much the velocity of a spline with half the knot spacing differs beyond its noise, root
-  /// mean square over the strip, one axis: what the knots do not follow.
+  /// What the knots do not follow: the difference of the velocity to that of a spline with half the
+  /// knot spacing, beyond its noise, root mean square over the strip, one axis.
   double unfollowed_mps = 0.0;
 };
 

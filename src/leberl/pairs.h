@@ -24,10 +24,11 @@ namespace sarblock {
 /// centre; NaN where it passes the sphere by.
 [[nodiscard]] double SlantRange(double look_rad, double height_m, double body_radius_m);
 
-/// Two zero-Doppler looks at one point from parallel flights of equal height: straight lines over
-/// a plane, circular orbits in one direction about a sphere that does not turn. Antennas and point
-/// lie in the plane across the tracks. Orbits of a body that turns converge by some degrees, by
-/// which azimuths better than the ranges add to the position across; that is left out.
+/// Two zero-Doppler looks at one point from parallel flights of equal height: straight lines over a
+/// plane, circular orbits in one direction about a sphere that does not turn. Antennas and point
+/// lie in the plane across the tracks. Orbits about a rotating body converge by some degrees, so
+/// that azimuths more accurate than the ranges would also improve the position across; this is left
+/// out.
 struct StereoPair {
   std::array<double, 2> look_rad{};  ///< off nadir, magnitudes, first (') and second ('')
   double height_m = 0.0;             ///< of flight, H > 0
@@ -49,7 +50,8 @@ struct PointSigmas {
                                                   const Eigen::Vector3d& across,
                                                   const Eigen::Vector3d& up);
 
-/// What a pair is planned with, by look; all > 0. Errors of both images are independent.
+/// Standard deviations that a pair is planned with, by look; all > 0. Errors of both images are
+/// independent.
 struct PairSigmas {
   std::array<double, 2> range_m{};
   std::array<double, 2> azimuth_m{};  ///< along track at the target
@@ -58,7 +60,7 @@ struct PairSigmas {
   double path_m = 0.0;
 };
 
-/// What a pair gives at its point.
+/// Geometry and accuracy of a pair at its point.
 struct PairAccuracy {
   double intersection_rad = 0.0;  ///< between the lines of sight, in (0, pi)
   std::array<double, 2> incidence_rad{};
@@ -69,9 +71,9 @@ struct PairAccuracy {
 };
 
 /// Accuracy by the rigorous intersection of both looks. A path error moves the range by its part
-/// along the line of sight and the azimuth by its part along track, which an orbit carries to the
-/// target on a shorter way. Over a plane, `measured` across and up are Leberl (1979), Eq. 25.
-/// Nothing where the looks pass the body by or do not determine the point.
+/// along the line of sight and the azimuth by its part along track, which for an orbit is shorter
+/// at the target than at the antenna. Over a plane, `measured` across and up are Leberl (1979), Eq.
+/// 25. Nothing where the looks pass the body by or do not determine the point.
 [[nodiscard]] std::optional<PairAccuracy> AccuracyOf(const StereoPair& pair,
                                                      const PairSigmas& sigmas);
 

@@ -762,7 +762,7 @@ void AddGuidance(std::vector<QuotedExample>* list) {
       voir.intersection_within_12_and_15_deg);
 }
 
-/// What the text says of its numbers, held against Table 1's own geometry.
+/// Statements of the text on its numbers, compared with Table 1's own geometry.
 void AddComparisons(std::vector<QuotedExample>* list) {
   // An error of station '' moves the point along the circle of station ', whose slope is y/H.
   for (const char* name : {"aircraft", "voir"}) {

@@ -73,9 +73,9 @@ class BlockCholesky {
   /// Whether its fronts are on several ranks.
   [[nodiscard]] bool divided() const;
   [[nodiscard]] std::size_t factor_entries() const;  ///< doubles of the factor, on all ranks
-  /// What it takes, before anything is allocated; of the rank that takes most.
+  /// Memory and work, known before anything is allocated; those of the rank that needs most.
   [[nodiscard]] FactorNeeds Needs() const;
-  /// Doubles that it took so far on this rank, as they were counted when they were allocated.
+  /// Doubles used so far on this rank, counted when they were allocated.
   [[nodiscard]] FactorNeeds Used() const;
 
  private:
@@ -87,8 +87,8 @@ class BlockCholesky {
 
 namespace sarblock::sparse {
 
-/// x = (L L')^-1 x, rows in elimination order, the same on all ranks before and afterwards.
-/// `factor` are the own panels. Throws OtherRankFailed.
+/// x = (L L')^-1 x, rows in elimination order; x is identical on all ranks on entry and on return.
+/// `factor` holds this rank's panels. Throws OtherRankFailed.
 void SolveFronts(const OwnFronts& own, const double* factor, Eigen::MatrixXd* x);
 
 }  // namespace sarblock::sparse
@@ -125,7 +125,7 @@ struct BorderedInverse {
   Border border;                ///< T S^-1 on the pattern of T
 };
 
-/// Factor of a BorderedMatrix: that of A, and that of what A leaves of the border (Golub and Van
+/// Factor of a BorderedMatrix: the factor of A, and that of the border reduced by A (Golub and Van
 /// Loan, Matrix Computations, 2.1.4, Sherman, Morrison and Woodbury; the same arithmetic as
 /// eliminating A from [A T'; T I]):
 ///

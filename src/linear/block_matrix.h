@@ -129,9 +129,9 @@ class BlockSymmetricMatrix {
 
 /// Which values a border T has beside a matrix A on a pattern of blocks (BorderedMatrix): a few
 /// rows, called terms, over all columns. The blocks of A fall into groups that A does not join
-/// (connected components); a term has values in all columns of a group or in none. Thousands of
-/// passes that A does not join, each seen by a few of the terms, so have a few values each, and
-/// A^-1 T' has values where T' has.
+/// (connected components); a term has values in all columns of a group or in none. So thousands of
+/// passes that A does not join, each touched by a few terms, have few values each, and A^-1 T' has
+/// values only where T' has.
 class BorderPattern {
  public:
   BorderPattern() = default;
@@ -169,7 +169,7 @@ class BorderPattern {
   }
 
  private:
-  /// What follows from the groups.
+  /// Fills the members that follow from the groups.
   void Finish();
 
   int terms_ = 0, columns_ = 0;
@@ -206,8 +206,8 @@ class Border {
   [[nodiscard]] ConstPart Of(const BorderPattern::Group& group) const {
     return {values_.data() + group.begin, Count(group.terms), Count(group.columns)};
   }
-  /// The value of a term in a column, those of the terms after it in the group behind it. It must
-  /// be in the pattern (CHECK).
+  /// Pointer to the value of a term in a column; the values of the next terms of the group follow
+  /// it. The value must be in the pattern (CHECK).
   [[nodiscard]] double* At(int term, int column);
   [[nodiscard]] const double* At(int term, int column) const {
     return const_cast<Border*>(this)->At(term, column);  // NOLINT: reads alone

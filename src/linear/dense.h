@@ -76,7 +76,7 @@ struct Eigenpairs {
 class Cholesky {
  public:
   explicit Cholesky(const Eigen::MatrixXd& a);
-  /// Nothing else may be asked where it is not.
+  /// If false, no other function may be called.
   [[nodiscard]] bool positive_definite() const { return llt_.info() == Eigen::Success; }
   [[nodiscard]] Eigen::Index rows() const { return llt_.rows(); }
   [[nodiscard]] Eigen::MatrixXd L() const;
@@ -116,8 +116,8 @@ class PivotedCholesky {
 class Orthogonal {
  public:
   explicit Orthogonal(const Eigen::MatrixXd& a);
-  /// The first columns of Q, m at most: n are a basis of A's columns, those after n of what they
-  /// leave.
+  /// The first columns of Q, m at most: the first n are a basis of A's columns, the rest of their
+  /// orthogonal complement.
   [[nodiscard]] Eigen::MatrixXd Q(Eigen::Index columns) const;
   /// min(m, n) x n
   [[nodiscard]] Eigen::MatrixXd R() const;
@@ -126,8 +126,8 @@ class Orthogonal {
   Eigen::HouseholderQR<Eigen::MatrixXd> qr_;
 };
 
-/// A P = Q R, A m x n: the columns in the order in which each is the longest of what those before
-/// it leave.
+/// A P = Q R, A m x n. P orders the columns: next comes always the one with the longest part
+/// orthogonal to those before it.
 class PivotedOrthogonal {
  public:
   explicit PivotedOrthogonal(const Eigen::MatrixXd& a);

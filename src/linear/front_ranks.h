@@ -25,12 +25,13 @@ struct FrontDivision {
   }
 };
 
-/// The same for the same fronts and number of ranks. Subtrees go to ranks, the largest first, each
-/// to the rank with the least work so far (operations of the factor; those of the inverse are twice
-/// as many); a front above them to the rank with the least work among those of its children. The
-/// largest subtree is split into its children again and again, and of all these divisions the one
-/// is taken whose time and memory are least: operations of the slowest rank, stage by stage, as a
-/// part of all operations, and doubles of the largest rank as a part of those of a process alone.
+/// The division depends only on the fronts and the number of ranks. Subtrees go to ranks, the
+/// largest first, each to the rank with the least work so far (operations of the factor; those of
+/// the inverse are twice as many); a front above them to the rank with the least work among those
+/// of its children. The largest subtree is split into its children again and again. Of all these
+/// divisions the one with the least time and memory is taken: operations of the slowest rank, stage
+/// by stage, as a part of all operations, plus doubles of the largest rank as a part of those of a
+/// process alone.
 [[nodiscard]] FrontDivision DivideFronts(const std::vector<Front>& fronts, int ranks);
 
 /// Memory of each rank with one thread: `factor`, `waiting` and `inverse_fronts` (symbolic.h),
@@ -38,7 +39,7 @@ struct FrontDivision {
 [[nodiscard]] std::vector<FactorNeeds> NeedsOfRanks(const std::vector<Front>& fronts,
                                                     const FrontDivision& division);
 
-/// Doubles of one rank at the most, S and its inverse apart.
+/// Most doubles of one rank at any time, without S and its inverse.
 [[nodiscard]] std::size_t MaxDoubles(const FactorNeeds& needs);
 
 /// Fronts by stage, each list ascending.
@@ -76,8 +77,8 @@ struct LowerTriangle {
   }
 };
 
-/// Those of the innermost scope (core/ranks.h), among which the fronts are divided; null where they
-/// are not. CHECKs that they are as many as the division was made for.
+/// The ranks of the innermost scope (core/ranks.h) among which the fronts are divided; null where
+/// they are not divided. CHECKs that there are as many as the division was made for.
 [[nodiscard]] Ranks* RanksOf(const OwnFronts& own);
 
 /// The parts that move what crosses between ranks after one stage, in the order of fronts.

@@ -120,8 +120,8 @@ class FrontFactorisation {
 };
 
 /// The blocks of S^-1 on the pattern of S, to `values`, which all ranks have afterwards. `factor`
-/// are the own panels. Returns the doubles that the fronts of this rank took at once. Throws
-/// OtherRankFailed.
+/// holds this rank's panels. Returns the most doubles that the fronts of this rank took at once.
+/// Throws OtherRankFailed.
 std::size_t InvertFronts(const OwnFronts& own, const double* factor, std::span<double> values);
 
 }  // namespace sarblock::sparse

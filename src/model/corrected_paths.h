@@ -17,13 +17,13 @@
 
 namespace sarblock {
 
-/// How much of the speed at which a pass's cone passes over its farthest point, |v|, the noise of
-/// its states turns the cone by: |a_cubic - a_velocities| R / v^2 at the worse end of each piece of
-/// its path from its first look to its last.
+/// Speed at which noise of the states moves the cone of a pass at its farthest point, over the
+/// speed |v| at which the cone passes over that point: |a_cubic - a_velocities| R / v^2 at the
+/// worse end of each piece of its path from its first look to its last.
 struct ConeTurning {
-  /// It is the length of a difference of accelerations; what turns the cone is its part along the
-  /// line of sight, half of that in the mean over directions and ends: from 2 on the cone turns
-  /// back in every other piece, from this on in most.
+  /// That is the length of a difference of accelerations. Only its part along the line of sight
+  /// turns the cone, half of the length in the mean over directions and ends: from 2 on the cone
+  /// turns back in every other piece, from kFolding on in most.
   static constexpr double kFolding = 3.0;
   double largest = 0.0, median = 0.0;
   double range_m = 0.0;                ///< largest measured
@@ -65,7 +65,7 @@ struct PathReading {
   }
 };
 
-/// What the looks of a pass say of how its path is to be read.
+/// Figures of the looks of a pass that decide how its path is read.
 struct PathUse {
   double first_s = std::numeric_limits<double>::infinity(), last_s = -first_s;  ///< none: empty
   double range_m = 0.0;                ///< largest measured
@@ -95,7 +95,7 @@ class CorrectedPath {
   [[nodiscard]] const PassCorrections& corrections() const { return *corrections_; }
 
   /// The nominal path read at read_s for a look measured at measured_s: position and velocity as
-  /// recorded, acceleration and jerk as the antenna moves on from there. Of a noisy pass position
+  /// recorded, acceleration and jerk as the antenna moves on from there. For a noisy pass, position
   /// and velocity are those recorded at measured_s, and from there to read_s the antenna moves as
   /// the path without noise does (docs/theory/observations.md, eq. (11e)). False too far beyond the
   /// path's ends. `piece`, where given, becomes the index of the piece.
@@ -115,12 +115,12 @@ class CorrectedPath {
     return ReadsAtCrossing() ? path_s : measured_s + anchor_s_;
   }
   /// Sets the anchor, a whole number of steps of a grid, to the nearest of a time bias; returns
-  /// whether it changed. A reading that moved with a time bias would jump wherever it passes from
-  /// one piece of the path to the next, and no step would end there; one that stays is continued by
-  /// its derivatives for what is left, less than half a step. The anchor stays where the bias is
-  /// within half a step and `slack` of one.
+  /// whether it changed. If the reading moved with a time bias, it would jump from one piece of the
+  /// path to the next, and the solver would not converge there; a fixed reading is continued by its
+  /// derivatives over the rest of the bias, less than half a step. The anchor stays while the bias
+  /// is within 0.5 + `slack` steps of it.
   bool Anchor(double bias_s, double slack = 0.0);
-  /// Reads where another reading of the same pass does.
+  /// Takes the anchor of another reading of the same pass.
   void AnchorLike(const CorrectedPath& other) { anchor_s_ = other.anchor_s_; }
   /// Reads this much after the measured times.
   void AnchorAt(double anchor_s) { anchor_s_ = anchor_s; }
@@ -157,7 +157,7 @@ class CorrectedPath {
   double anchor_s_ = 0.0;
 };
 
-/// What the looks of each pass of a block say of how its path is to be read.
+/// PathUse of each pass of a block.
 [[nodiscard]] std::vector<PathUse> PathUsesOf(const Block& block);
 
 /// The flight paths of a block under corrections. Holds references to the block and the layout,
@@ -173,7 +173,7 @@ class CorrectedPaths {
   /// Sets the anchors to the time biases in all corrections `x` of the block; returns whether one
   /// changed (CorrectedPath::Anchor).
   bool Anchor(const Eigen::VectorXd& x, double slack = 0.0);
-  /// Those of other corrections of the same passes.
+  /// Takes the anchors of other corrections of the same passes.
   void AnchorLike(const CorrectedPaths& other);
 
  private:

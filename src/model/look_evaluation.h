@@ -42,9 +42,9 @@ struct LookEvaluation {
   Eigen::Matrix<double, 2, 3> d_point;  ///< [1] and [s/m] or [Hz/m], times the weights
   /// By the look's local columns; the first column_count of each row are set.
   std::array<std::array<double, ParameterLayout::kMaxLocalColumns>, 2> row;
-  /// Metres along track at the target that a unit of the azimuth measurement is: |de_d/df|, or the
-  /// speed at which the look passes over it (docs/theory/observations.md, eq. (10b)), by velocity
-  /// and acceleration of the given path without its noise. With those of the corrected path weights
+  /// Metres along track at the target per unit of the azimuth measurement: |de_d/df|, or the speed
+  /// at which the look passes over it (docs/theory/observations.md, eq. (10b)), by velocity and
+  /// acceleration of the given path without its noise. With those of the corrected path weights
   /// would change with every step, and steps with the weights.
   double azimuth_unit_m = 0.0;
   bool beyond_path = false;  ///< the path was continued beyond its ends
@@ -68,8 +68,8 @@ struct LookCurvature {
   static constexpr Eigen::Index kSize = 7;
   using Matrix = Eigen::Matrix<double, kSize, kSize>;
   Matrix range, azimuth;  ///< of R_p [m] and of t_p [s] or f_p [Hz]
-  /// Partials of the seven by the look's local columns; the first column_count of each are set. A
-  /// last row makes them pairs.
+  /// Partials of the seven by the look's local columns; the first column_count of each are set. An
+  /// extra last row makes their number even.
   std::array<std::array<double, ParameterLayout::kMaxLocalColumns>, kSize + 1> row;
   Eigen::Vector3d cone_by_velocity;  ///< f_v, 0 where the time is exact
 };
@@ -98,9 +98,9 @@ struct LookCurvature {
 /// acceleration jumps at its states, nothing is read beyond the ends of a path but for a time bias,
 /// and a look depends on the same parameters at every state. Where states are noisy the antenna
 /// moves on along the path without that noise (CorrectedPath::IsNoisy), which is read at t_p where
-/// there is a time bias, the noise that of t (CorrectedPath::ReadsAtCrossing). t_p is
-/// found anew at every evaluation (Newton's method on the cone, to 1e-12 of rho). A range alone is
-/// e_r at t, as of a look whose Doppler is measured; row 1 is then 0.
+/// there is a time bias, the noise that of t (CorrectedPath::ReadsAtCrossing). t_p is found anew at
+/// every evaluation (Newton's method on the cone, to 1e-12 of rho). For a range alone R_p is e_r at
+/// t, as for a look whose Doppler is measured; row 1 is then 0.
 ///
 /// Evaluates a look of a path at start_m + displacement_m under `columns` local corrections x.
 /// False where the model has no value: path too far away, point at the antenna, a cone that the

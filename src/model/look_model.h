@@ -106,7 +106,7 @@ class LookModel {
   /// Reads the paths at the time biases in all corrections `x`; returns whether that changed what a
   /// look reads (CorrectedPath::Anchor).
   bool Anchor(const Eigen::VectorXd& x, double slack = 0.0) { return paths_.Anchor(x, slack); }
-  /// Reads the same passes where another model does.
+  /// Takes the anchors of another model of the same passes.
   void AnchorLike(const LookModel& other) { paths_.AnchorLike(other.paths_); }
 
  private:

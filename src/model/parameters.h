@@ -80,11 +80,11 @@ struct ParameterLayout {
   [[nodiscard]] int size() const { return static_cast<int>(parameters.size()); }
   /// "A1 position.along.0", for messages.
   [[nodiscard]] std::string Describe(int parameter) const;
-  /// How far the parameters of a joint prior are from what it says, c - c0.
+  /// Deviations c - c0 of the parameters of a joint prior from its values.
   [[nodiscard]] Eigen::VectorXd FromPrior(const JointPriorTerm& prior,
                                           const Eigen::VectorXd& corrections) const;
-  /// How far a coefficient is from where the process leads from the one before, c - c0 less what is
-  /// carried of its c - c0.
+  /// Step of a coefficient of a process: its c - c0 less the carried part of the c - c0 of the
+  /// coefficient before.
   [[nodiscard]] double StepOf(std::size_t parameter, const Eigen::VectorXd& corrections) const;
   /// The sum of a pass's time biases in all corrections of the block.
   [[nodiscard]] double TimeBias_s(std::size_t pass, const Eigen::VectorXd& corrections) const;
@@ -118,8 +118,9 @@ struct PriorRow {
 };
 
 /// The equations of all priors of a parameter block: one per parameter that has its own prior or
-/// that a process leads to, in their order, then those of its joint priors
-/// (docs/theory/adjustment.md, eq. (3a) and (3c)). A process leads there from the block before.
+/// follows another one in a process, in their order, then those of its joint priors
+/// (docs/theory/adjustment.md, eq. (3a) and (3c)). The parameter that one follows is in the block
+/// before.
 [[nodiscard]] std::vector<PriorRow> PriorRowsOf(const ParameterLayout& layout, int block);
 
 /// Builds the layout. Throws InputError for an unknown pass, an empty group, priors of the wrong

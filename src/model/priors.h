@@ -106,7 +106,7 @@ struct JointPriorTerm {
   void Set(const Eigen::MatrixXd& q);
 };
 
-/// What is wrong with a joint prior, for the message of who knows its file.
+/// What is wrong with a joint prior, for a message by the caller, who knows its file.
 struct JointPriorProblem {
   std::size_t prior = 0;
   std::string field;  ///< "passes", "parameters", "covariance", "sigma" or "correlation"
@@ -114,7 +114,7 @@ struct JointPriorProblem {
   std::string problem;
 };
 
-/// Which parameters of a pass a joint prior speaks of.
+/// The parameters of a pass that a joint prior concerns.
 struct JointPriorBinding {
   std::size_t prior = 0, pass = 0;
   /// Among ParametersOf() the groups of the pass that are not shared, one group after the other. A
@@ -123,8 +123,8 @@ struct JointPriorBinding {
   PositionCorrection::Axes axes = PositionCorrection::Axes::kTrack;  ///< of the correction
 };
 
-/// Part of the variance of a parameter that the parameters before it must leave: with less, the
-/// equations of the prior would lose more digits than the adjustment has to spare.
+/// Least part of the variance of a parameter that remains when the parameters before it are known:
+/// with less, the equations of the prior would lose more digits than the adjustment has to spare.
 inline constexpr double kMinPriorPivot = 1e-10;
 
 /// Empty where there is a problem.

@@ -84,8 +84,9 @@ struct AdjustmentProblem {
   std::vector<std::uint8_t> look_used;    ///< by look: takes part
   std::vector<PointStatus> point_status;  ///< by point; IsSolved() takes part
   std::vector<std::string> point_reason;  ///< by point; why not, for people
-  std::vector<std::uint8_t> mirrored;  ///< by point: left out, its solution lies where no look can
-  std::vector<LookWeights> weights;    ///< by look
+  std::vector<std::uint8_t> mirrored;     ///< by point: left out because its solution lies where no
+                                          ///< look can see it
+  std::vector<LookWeights> weights;       ///< by look
   std::vector<ControlEquations> control;  ///< of control points, sorted by point
   std::vector<std::int32_t> control_of;   ///< by point: index into control, or -1
   std::vector<FixedParameter> fixed;      ///< of a block without a datum
@@ -102,8 +103,8 @@ struct AdjustmentProblem {
   void TakeBack(std::size_t point, const std::vector<std::size_t>& looks);
   /// Looks of a point that take part.
   [[nodiscard]] int CountLooks(std::size_t point) const;
-  /// kNotSeen without such a look, kTooFewLooks where looks and control give fewer equations than
-  /// unknowns; nothing where there are enough.
+  /// Status of a point that lacks equations: kNotSeen without a look that takes part, kTooFewLooks
+  /// where looks and control give fewer equations than unknowns; nothing where there are enough.
   [[nodiscard]] std::optional<PointStatus> LacksEquations(std::size_t point) const;
 };
 
@@ -116,7 +117,7 @@ struct CorrectionModel {
   std::vector<CorrectionGroup> groups;
   std::vector<JointPrior> priors;
 };
-/// Those of an adjustment with these options; none unless they are given.
+/// The corrections of an adjustment with these options; none unless they are given.
 [[nodiscard]] CorrectionModel GivenCorrections(const AdjustOptions& options);
 
 /// Evaluates a look of a point at a state; finds its columns too. False where the model has no
@@ -206,7 +207,7 @@ struct RobustValue {
   double loss = 0.0;
   double weight = 1.0;
   /// Curvature along the residual over the weight, (rho' + 2 s rho'') / rho', not below
-  /// kMinRadialCurvature: reweighting alone takes it for 1 and creeps.
+  /// kMinRadialCurvature. Reweighting alone assumes 1 and converges slowly.
   double radial = 1.0;
 };
 [[nodiscard]] RobustValue EvaluateLoss(RobustLoss loss, double scale, double square);

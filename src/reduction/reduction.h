@@ -17,8 +17,9 @@
 
 namespace sarblock {
 
-/// What raises tides at an instant: the same for all points. Some tens of microseconds to make, a
-/// displacement takes one. The tide moves by up to 2e-5 m a second.
+/// Positions of the bodies that raise tides at an instant, the same for all points. They take some
+/// tens of microseconds to compute, a displacement takes one. The tide moves by up to 2e-5 m a
+/// second.
 struct TidalBodies {
   std::array<Eigen::Vector3d, 2> positions_m;  ///< of Moon and Sun, Earth-fixed
   double sidereal_rad = 0.0;                   ///< Greenwich mean sidereal time
@@ -38,7 +39,7 @@ struct TidalBodies {
 /// reductions.md, eq. (0)).
 [[nodiscard]] double SlantFactor(double cos_zenith);
 
-/// What is taken off measured ranges and times.
+/// Sources of the reductions that are subtracted from measured ranges and times.
 enum class ReductionSource : std::uint8_t {
   kGiven,  ///< Looks::range_delay_m and time_shift_s
   kTroposphere,
@@ -56,7 +57,7 @@ struct LookReduction {
   [[nodiscard]] double Time_s() const;
 };
 
-/// What a pass cannot have.
+/// A reduction model or value that a pass cannot have.
 struct ReductionProblem {
   std::size_t pass = 0;
   std::string key;  ///< of the pass: "reduction.troposphere", "epoch_utc"
@@ -99,9 +100,9 @@ class ReductionOfLooks {
   bool any_ = false;
 };
 
-/// A block whose looks hold geometry alone: what the models of its passes say is taken off, at
-/// positions of its points. Copies the block where there are models, and then its passes have none
-/// any more.
+/// A block whose looks are reduced to geometry: the values of its passes' models at the positions
+/// of its points are subtracted. Copies the block where there are models; the passes of the copy
+/// have none.
 class ReducedBlock {
  public:
   /// Throws InputError for what FindProblem() finds. The block must live as long.
@@ -109,12 +110,12 @@ class ReducedBlock {
 
   [[nodiscard]] const Block& block() const { return reduced_ ? *reduced_ : given_; }
   [[nodiscard]] bool HasModels() const { return reduced_.has_value(); }
-  /// Takes off what the models say at these positions, by point and frame axes; where one is NaN
-  /// looks stay as they are, at first without the constants alone. Returns the largest change; a
-  /// time counts by the way of the antenna in it. Changes nothing where that is at most
-  /// `settled_m`.
+  /// Subtracts the models' values at these positions (by point, frame axes). Where a position is
+  /// NaN, looks stay as they are: at first with the constants alone subtracted. Returns the largest
+  /// change [m]; a time counts by the way of the antenna in it. Changes nothing where that is at
+  /// most `settled_m`.
   double ReduceAt(const std::vector<Eigen::Vector3d>& position_m, double settled_m = 0.0);
-  /// What was taken off.
+  /// What was subtracted.
   [[nodiscard]] Reductions Report() const;
 
  private:
