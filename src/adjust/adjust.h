@@ -32,17 +32,17 @@ namespace sarblock {
                                             SelectionReport* report,
                                             ProgressSink* progress = nullptr);
 
-/// Throws InputError unless a block and pairs of its points are such as can be computed with:
-/// Validate(), paths above the ground of the body, pairs of two points that there are. kMeasured:
-/// every look that is not rejected has a time and a range.
+/// Throws InputError unless a block and pairs of its points can be used: Validate(), paths above
+/// the ground of the body, pairs of two existing points. kMeasured: every look that is not rejected
+/// has a time and a range.
 enum class LookUse { kPlanned, kMeasured };
 void RequireUsable(const Block& block, const PointPairs& pairs, LookUse use);
 
 /// Refuses options that this build does not offer, by name.
 void RequireOffered(const AdjustOptions& options);
 
-/// Both, for a public function within CallInLibrary(); the options as it has to take them: pairs
-/// that are listed count, the threads are those that there are.
+/// Makes both checks for a public function within CallInLibrary() and returns the options that it
+/// has to use: kList where pairs are listed, and the number of threads that it may have.
 [[nodiscard]] AdjustOptions UsableOptions(const Block& block,
                                           const AdjustOptions& options,
                                           const PointPairs& pairs,
@@ -52,10 +52,9 @@ void RequireOffered(const AdjustOptions& options);
 [[nodiscard]] std::vector<Eigen::Vector3d> StartPositions(const Block& block,
                                                           ProgressSink* progress);
 
-/// Calls solve() with a block from whose looks the models of its passes are taken off
-/// (ReducedBlock), first at the start positions, then where that solution has its points, until
-/// nothing that is taken off changes by more than a millimetre: twice, as a rule. Without models
-/// the block is `block` itself.
+/// Calls solve() with a block whose looks are reduced by the models of its passes (ReducedBlock),
+/// first at the start positions, then at the solved positions, until no reduction changes by more
+/// than a millimetre: twice, as a rule. Without models the block is `block` itself.
 [[nodiscard]] AdjustResult SolveReduced(const Block& block,
                                         ProgressSink* progress,
                                         const std::function<AdjustResult(const Block&)>& solve);

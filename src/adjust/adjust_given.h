@@ -17,7 +17,7 @@ namespace sarblock {
 /// The last step of adjustment, prediction and intersection: fills `strips`.
 void DescribePaths(const Block& block, const AdjustOptions& options, AdjustResult* result);
 
-/// What a caller wants of the problem and its state at the solution, before they go.
+/// Called with the problem and its state at the solution, before they are destroyed.
 using AtSolution = std::function<void(const AdjustmentProblem&, const BlockState&, AdjustResult*)>;
 /// Adjust() of corrections that are given or none; `at_solution` may be empty.
 [[nodiscard]] AdjustResult AdjustGiven(const Block& block,

@@ -284,7 +284,7 @@ void AddSide(const ParameterLayout& layout,
   }
 }
 
-/// What a step leaves of the equations of a point beyond their straight line.
+/// Nonlinear part of the equations of a point after a step.
 class BendOfPoint {
  public:
   explicit BendOfPoint(const BackSubstitution& substitution)

@@ -13,14 +13,14 @@
 namespace sarblock {
 
 /// The factors of all points of one linearisation, kept from the sum of S to the sweep over the
-/// points, so that a look is evaluated once for both (BytesFor). Recomputed factors are the same to
-/// the bit, or to the last digit after weights formed on the way; large blocks are left to that.
+/// points, so that a look is evaluated once for both (BytesFor). Large blocks recompute them
+/// instead, to the same bits, or to the last digit where weights were formed on the way.
 class KeptFactors {
  public:
   /// Memory that may be kept: 29,000 points of five looks, six parameters.
   static constexpr std::size_t kMaxBytes = std::size_t{48} << 20;
 
-  /// `bytes`: what BytesFor says of them, taken at once.
+  /// `bytes`: the result of BytesFor for them, allocated at once.
   KeptFactors(std::size_t points, std::size_t parts, std::size_t bytes);
 
   /// Keeps the undamped factor of a point and its T (ProjectColumns); one thread a part. A point
@@ -30,9 +30,9 @@ class KeptFactors {
             const PointFactor& factor,
             const PointColumns& columns);
 
-  /// Among ranks (core/ranks.h) every rank has all parts afterwards; `rank_of_part` has kept a
-  /// part, which is of the points of the piece of its number. Factors computed anew at weights that
-  /// were formed on the way (Weighting::renewed) would differ in their last digit.
+  /// Among ranks (core/ranks.h) every rank has all parts afterwards. Part k has the points of piece
+  /// k and was kept by rank `rank_of_part[k]`. Factors computed anew at weights that were formed on
+  /// the way (Weighting::renewed) would differ in their last digit.
   void Share(const PointPieces& pieces, const std::vector<int>& rank_of_part);
 
   /// R, the blocks of a point with their columns, and T, 3 x width row by row, in the memory it was
@@ -42,8 +42,8 @@ class KeptFactors {
                                       Eigen::Matrix3d* r,
                                       PointColumns* columns) const;
 
-  /// What FactorPoint would give as far as the quality figures read it, of a point that Restore
-  /// knows: Q, R, e and of every look its index, columns, rows and whitened_error.
+  /// The results of FactorPoint that the quality figures read, for a point that Restore knows: Q,
+  /// R, e and of every look its index, columns, rows and whitened_error.
   void RestoreLooks(const AdjustmentProblem& problem, std::size_t point, PointFactor* out) const;
 
   /// Memory for points with so many looks and local columns of looks together.
@@ -87,9 +87,8 @@ struct PointSteps {
                                         double damping,
                                         const Eigen::VectorXd& dx);
 
-/// What a step leaves of the errors beyond the straight line along which it was found, as a right
-/// side of S: with the errors e of the looks, whitened by the weights at `state`, and the steps dp
-/// of the points for dx (SubstituteBack),
+/// Nonlinear part of the errors after a step, as a right side of S: with the errors e of the looks,
+/// whitened by the weights at `state`, and the steps dp of the points for dx (SubstituteBack),
 ///
 ///     d = e(x + dx, p + dp) - e - J_c dx - J_p dp,   J_c' d - J_c' J_p V^-1 J_p' d
 ///
@@ -102,7 +101,7 @@ struct PointSteps {
                                          double damping,
                                          const Eigen::VectorXd& dx);
 
-/// A point that stands for so many.
+/// A point of a sample and the number of points that it represents.
 struct SampledPoint {
   std::size_t point = 0;
   double weight = 1.0;

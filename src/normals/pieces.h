@@ -72,8 +72,8 @@ struct PointPiece {
 /// pieces, every column by one thread; so the bytes of S depend neither on the threads nor on the
 /// groups, and groups can be as small as memory asks for.
 ///
-/// If in the order of the points every piece would touch much of S, they are taken in
-/// that of the passes that see them (block/point_order.h): neighbours then share their blocks.
+/// If every piece of points in their own order would touch much of S, points are taken in the order
+/// of the passes that see them (block/point_order.h): neighbours then share their blocks.
 class PointPieces {
  public:
   PointPieces() = default;
@@ -84,7 +84,7 @@ class PointPieces {
               const BorderedPoints& bordered,
               std::size_t small_group = kSmallGroup);
 
-  /// Fewest points of a piece, where there are more; most pieces.
+  /// Least number of points of a piece, where the block has more; largest number of pieces.
   static constexpr std::size_t kMinPoints = 128;
   static constexpr std::size_t kMaxPieces = 1024;
   /// Partial sums of a group hold at most twice what S and its right side take, or this many
@@ -133,7 +133,7 @@ struct NormalSums {
   Eigen::VectorXd *right_side, *diagonal, *gradient;
 };
 
-/// Numbers of points without a place in S.
+/// Sums over points that are not elements of S.
 struct PointTotals {
   double cost = 0.0, step_square = 0.0, gradient_square = 0.0, weight_change = 0.0;
   int not_evaluated = 0, beyond_path = 0;
@@ -158,8 +158,8 @@ class PartialSum {
   void Take(const PointPiece& piece, const BlockPattern& pattern);
   /// Finds the places, before the first point.
   void Begin(PieceScratch* scratch);
-  /// Adds a point; one whose own equations are rank deficient is only named. Leaves its factor and
-  /// columns in the scratch.
+  /// Adds a point; one whose own equations are rank deficient is only listed in weak(). Leaves its
+  /// factor and columns in the scratch.
   void Add(const PointEquations& equations, std::size_t point, PieceScratch* scratch);
   /// Adds the columns [begin, end) of blocks to the sums over all points.
   void AddColumns(int begin, int end, const NormalSums& sums) const;
@@ -213,10 +213,10 @@ class PartialSum {
   std::vector<std::uint32_t> moved_;
 };
 
-/// Among ranks (core/ranks.h), what each made of its pieces of a group becomes known to all: the
-/// partial sums, the weights that were renewed on the way and the rows of the border. `parts` are
-/// those of the pieces from `first` on, divided among the ranks as ForChunksOfRanks divides them.
-/// Returns the rank of each; without ranks nothing is done and all are of rank 0.
+/// Shares among ranks (core/ranks.h) what each computed for its pieces of a group: the partial
+/// sums, the weights that were renewed on the way and the rows of the border. `parts` are those of
+/// the pieces from `first` on, divided among the ranks as ForChunksOfRanks divides them. Returns
+/// the rank of each; without ranks nothing is done and all are of rank 0.
 std::vector<int> SharePieces(const PointPieces& pieces,
                              const BlockPattern& pattern,
                              const PointEquations& equations,

@@ -18,10 +18,11 @@ namespace sarblock {
 struct Weighting {
   RobustLoss loss = RobustLoss::kNone;
   double scale = 0.0;
-  /// The solver's last steps under a loss: take its curvature along the residual for what it is.
+  /// Uses the curvature of a loss along the residual (BendAlongResidual): for the solver's last
+  /// steps.
   bool second_order = false;
-  /// Adds what residuals times second derivatives make of each look (CurvedRows);
-  /// damped or not, S is then summed as a difference.
+  /// Adds residuals times second derivatives of each look (CurvedRows); damped or not, S is then
+  /// summed as a difference.
   bool curved = false;
   /// Where given, the weights of the problem: looks are weighted as UpdateWeights would at this
   /// state, and their weights put there. Else they are weighted as they are.
@@ -124,17 +125,19 @@ void FactorPoint(const AdjustmentProblem& problem,
                  std::size_t point,
                  PointFactor* out);
 
-/// Own steps of points, in standard deviations, that are left to the next step of all unknowns.
+/// Own steps of points up to this length, in standard deviations, are left to the next step of all
+/// unknowns.
 inline constexpr double kMaxOwnStep = 0.1;
 
 /// Moves a point by Gauss-Newton steps of its own, the corrections as they are in the state, until
-/// the remaining step is at most `settle_below` standard deviations or lowers the cost of the
-/// point's equations no more. `out` holds its factor before, and at its new place afterwards.
+/// the remaining step is at most `settle_below` standard deviations or no longer lowers the cost of
+/// the point's equations. `out` holds its factor on entry, and on return that at its new place.
 /// Returns whether it moved.
 ///
-/// A step of the corrections moves a point along a curve, which its linear step leaves: with many
-/// points their costs would refuse all but short steps of the corrections (variable projection,
-/// Golub and Pereyra 1973; embedded point iterations, Jeong et al. 2012).
+/// A step of the corrections moves the best place of a point along a curve, from which the point's
+/// linear step deviates: with many points the cost of that would allow only short steps of the
+/// corrections (variable projection, Golub and Pereyra 1973; embedded point iterations, Jeong et
+/// al. 2012).
 bool SettlePoint(const AdjustmentProblem& problem,
                  const Weighting& weighting,
                  double damping,
@@ -176,8 +179,8 @@ void BendAlongResidual(WhitenedLook* look);
                                 Eigen::Matrix3d* r,
                                 Eigen::Vector3d* inverse);
 
-/// The same with the curved of the point added to V; without them, and no more in `factor`, where
-/// V is not positive definite with them.
+/// The same with the point's CurvedRows added to V. Where V is not positive definite with them,
+/// they are left out and removed from `factor`.
 [[nodiscard]] bool FactorSquare(const Eigen::Vector3d& diagonal,
                                 const Eigen::Vector3d& above,
                                 bool damped,

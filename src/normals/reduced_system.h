@@ -50,10 +50,10 @@ struct SystemNeeds {
 ///     S = P + sum_j (Q2' J_c)' (Q2' J_c),   g = P x + sum_j (Q2' J_c)' Q2' e,    P priors
 ///
 /// each point by a QR factorisation of its own equations, so that thin intersections cost no
-/// digits. Where points leave enough of every correction's equations, the same sum as
-/// J_c' J_c - (Q' J_c)' (Q' J_c), which is less work for a point of many looks. Scaled to unit
-/// diagonal before it is factored. The sums are formed in a fixed order: results do not depend on
-/// the number of threads.
+/// digits. Where elimination of the points leaves enough of every correction's equations, the same
+/// sum is formed as J_c' J_c - (Q' J_c)' (Q' J_c), which is less work for a point of many looks.
+/// Scaled to unit diagonal before it is factored. The sums are formed in a fixed order: results do
+/// not depend on the number of threads.
 class ReducedSystem {
  public:
   /// Finds the pattern of S from the looks that take part. Up to `most_kept_bytes` the factors of
@@ -113,7 +113,8 @@ class ReducedSystem {
   [[nodiscard]] const Eigen::VectorXd& right_side() const { return right_side_; }
   /// Diagonal of J'J of the corrections before points are eliminated, priors included.
   [[nodiscard]] const Eigen::VectorXd& full_diagonal() const { return full_diagonal_; }
-  /// Square of the points' own Newton steps, in sigmas: twice what they would take off the cost.
+  /// Square of the points' own Newton steps, in sigmas: twice the decrease of the cost by these
+  /// steps.
   [[nodiscard]] double point_step_square() const { return point_step_square_; }
 
   /// Newton step of the corrections, -S^-1 g; once factored.
@@ -125,7 +126,7 @@ class ReducedSystem {
 
   [[nodiscard]] CorrectionCovariance SelectedInverse() const;
   [[nodiscard]] const BorderedPoints& bordered() const { return bordered_; }
-  /// What it takes with so many threads; analyses the pattern.
+  /// Memory and work with so many threads; analyses the pattern.
   [[nodiscard]] SystemNeeds Needs(int threads);
   [[nodiscard]] int rows() const { return pattern_->rows(); }
   /// How the sum over points is cut.
@@ -140,11 +141,11 @@ class ReducedSystem {
   /// The sums over points; `exact`: by Q2 for any number of looks. True if a point was added
   /// as a difference.
   bool Sum(const BlockState& state, const Weighting& weighting, bool exact);
-  /// What other ranks moved, into the state of this one.
+  /// Copies the points that other ranks moved into the state of this one.
   void ShareMoved(const std::vector<std::uint32_t>& moved) const;
   [[nodiscard]] bool PointsTakeNearlyAll() const;
   void AddPriors(const BlockState& state);
-  /// The equation of the process that leads to parameter `row` of `block`.
+  /// Adds the equation of the process for parameter `row` of `block`.
   void AddStep(const BlockState& state, int block, int row);
   [[nodiscard]] BorderedMatrix Scaled();
   /// The symbolic analysis, once.

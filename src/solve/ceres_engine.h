@@ -14,8 +14,8 @@
 
 namespace sarblock {
 
-/// Memory of the unknowns of a Ceres problem. ceres::Covariance orders them by address, and with it
-/// its sums: two arrays of their own can lie either way, and differ in the last digits.
+/// Memory of the unknowns of a Ceres problem. ceres::Covariance orders them, and so its sums, by
+/// address: with two separate arrays the order would be arbitrary, and with it the last digits.
 struct CeresUnknowns {
   double* displacements_m = nullptr;  ///< three per point, of all points
   double* corrections = nullptr;

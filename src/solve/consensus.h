@@ -13,8 +13,8 @@
 
 namespace sarblock {
 
-/// What the looks of a block say of each other before anything is adjusted
-/// (docs/theory/consensus.md, section 1).
+/// Consensus of the looks of a block before anything is adjusted (docs/theory/consensus.md, section
+/// 1).
 struct GroundConsensus {
   /// By look: its place on the ground at the reference height, on the given paths, frame axes; NaN
   /// where its circle does not reach that height.
@@ -25,19 +25,19 @@ struct GroundConsensus {
 
 /// Puts every look on the ground at one reference height (that of the control, or of the
 /// intersections that are determined) and compares the places pair of passes by pair of passes. A
-/// path error moves all places of a pass alike: what a polynomial of time and range describes of
-/// the differences of a pair, fitted by least median of squares, is no error. What is
-/// left is parallax of the terrain, noise, and looks that belong to another point. Needs no
-/// position of a point, no intersection and no start of the corrections. Deterministic; linear in
-/// the looks.
+/// path error moves all places of a pass alike: the part of the differences of a pair that a
+/// polynomial of time and range describes, fitted by least median of squares, is not counted as an
+/// error of looks. The rest is parallax of the terrain, noise, and looks that belong to another
+/// point. Needs no position of a point, no intersection and no start of the corrections.
+/// Deterministic; linear in the looks.
 [[nodiscard]] GroundConsensus FindGroundConsensus(const AdjustmentProblem& problem,
                                                   double reference_height_m);
 
-/// What the looks of one point say of each other on the paths of a state.
+/// Consensus of the looks of one point on the paths of a state.
 struct PointConsensus {
   enum class Outcome {
     kAgree,       ///< all looks meet in one place
-    kMajority,    ///< all but some do, and no other choice of as many
+    kMajority,    ///< all but some meet in one place, and no other choice of as many does
     kContradict,  ///< none can be identified as wrong
     kOpen,        ///< too few looks, or they leave a direction open
   };
@@ -66,8 +66,8 @@ struct ConsensusReport {
   };
   std::vector<PointRejection> left_out;  ///< by point, ascending
   int iterations = 0;
-  /// No pass lost more than half of its looks, and the passes hang together as they did: single
-  /// looks are wrong, not a pass.
+  /// No pass lost more than half of its looks, and the passes are connected as before: single looks
+  /// are wrong, not a pass.
   bool scattered = false;
 };
 

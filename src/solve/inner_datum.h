@@ -32,7 +32,7 @@ void FixDatum(const Eigen::MatrixXd& null_space,
 ///
 /// gives the solution nearest to the start values at the datum points, sum |p - p0|^2 smallest, and
 /// the covariance whose trace over these points is smallest. Any C of the block's minimal
-/// constraints gives the same result. Memory: 6 defects numbers a point.
+/// constraints gives the same result. Memory: 6 numbers per defect and point.
 class DatumTransform {
  public:
   /// `system`: formed and factored at `state` with the problem's fixed parameters. `in_datum`: by
@@ -83,7 +83,7 @@ void RequireInnerOffered(const AdjustOptions& options);
 [[nodiscard]] std::vector<std::uint8_t> DatumPoints(const Block& block,
                                                     const AdjustOptions& options);
 
-/// Holds the datum at a state where the block has none (FixDatum); false where it has one.
+/// Fixes the datum at a state where the block has none (FixDatum); false where it has one.
 [[nodiscard]] bool FixDatumIfFloating(const BlockState& state, AdjustmentProblem* problem);
 
 /// Moves a solved state to the inner datum, solving again by `solve` until it stays, and returns

@@ -48,9 +48,9 @@ struct LeastEigenpairOptions {
 
 /// Factors the reduced matrix and finds its null and nearly null directions, without a dense
 /// decomposition of it: subspace iteration on the factor, with the diagonal lifted by 1e-9 where S
-/// has none. `scaled` is S in units of `scale` (parameter = scale x scaled parameter), its diagonal
-/// one but where elimination took all of it. Where the report is regular, `factor` holds the factor
-/// of `scaled`. `state`, if given, lets the report name the point each direction moves most.
+/// has none. `scaled` is S in units of `scale` (parameter = scale x scaled parameter), with unit
+/// diagonal except where elimination cancelled it. Where the report is regular, `factor` holds the
+/// factor of `scaled`. `state`, if given, lets the report name the point each direction moves most.
 [[nodiscard]] RankReport AnalyseRank(const AdjustmentProblem& problem,
                                      const BorderedMatrix& scaled,
                                      const Eigen::VectorXd& scale,
@@ -77,7 +77,7 @@ RankReport FactorRegular(ReducedSystem* system);
 /// n x 0 where S is regular. Leaves no factor to work with unless it is.
 [[nodiscard]] Eigen::MatrixXd NullSpace(ReducedSystem* system);
 
-/// Throws UndeterminedError unless something can be solved at all.
+/// Throws UndeterminedError if there is nothing that can be solved.
 void RequireSolvable(const AdjustmentProblem& problem);
 
 /// Forms the reduced system at a state, leaving out the points whose own equations turn out rank

@@ -53,25 +53,26 @@ struct SolveOptions {
   /// what follows does (NewtonFinish).
   bool take_last_step = false;                    ///< of SolveReduced
   CeresSolver ceres_solver = CeresSolver::kAuto;  ///< of SolveWithCeres
-  /// v'Pv above which a solution is of no use: after three steps, refused ones included, it is
-  /// given up where four times
-  /// what the next Newton step promises (the equations are bent) would not bring it there.
+  /// v'Pv above which a solution is of no use: after three steps, refused ones included, the solver
+  /// gives up where even four times the decrease predicted for the next Newton step (equations are
+  /// nonlinear) would not reach it.
   double useless_above = std::numeric_limits<double>::infinity();  ///< of SolveReduced
 };
 
-/// A tolerance for a block of so many points: few unknowns share what is left among them, and one
-/// step more costs nothing. Scaled by points / 1000, within [0.01, 1].
+/// Tolerance for a block of so many points: the tolerance times points / 1000, a factor kept within
+/// [0.01, 1]. In a small block few unknowns share the remaining step, and one step more costs
+/// nothing.
 [[nodiscard]] double ToleranceFor(double tolerance, const AdjustmentProblem& problem);
 
 /// Why a solver gave up, in words.
 extern const char kStagnates[];
 [[nodiscard]] std::string LimitReached(int max_iterations);
 
-/// Whether iterations still get anywhere: of every 50 accepted steps the cost must fall by a part
-/// in a thousand, or the Newton decrement to half. Steps that shrink more slowly end nowhere within
-/// any limit; those that shrink are let go on to the limit of iterations, which only guards. The
-/// two ends, no progress and a limit, are those of Dennis and Schnabel (1996), Numerical Methods
-/// for Unconstrained Optimization and Nonlinear Equations, section 7.2.
+/// Whether iterations still make progress: over every 50 accepted steps the cost must fall by a
+/// part in a thousand, or the Newton decrement to half. Slower iterations would not converge within
+/// any limit; those that make progress may go on to the limit of iterations, which is only a guard.
+/// The two criteria, no progress and a limit, are those of Dennis and Schnabel (1996), Numerical
+/// Methods for Unconstrained Optimization and Nonlinear Equations, section 7.2.
 class ProgressOfSteps {
  public:
   [[nodiscard]] bool Stagnates(int iteration, double cost, double decrement);
@@ -82,9 +83,9 @@ class ProgressOfSteps {
   double decrement_ = std::numeric_limits<double>::infinity();
 };
 
-/// The choice of `auto`; any other is returned. No other choice is both faster and at
-/// least as accurate in the recorded study of speed against accuracy (docs/studies/tradeoff.md); a
-/// test compares them with its table.
+/// The engine that `auto` means; any other is returned unchanged. No other choice is both faster
+/// and at least as accurate in the recorded study of speed against accuracy
+/// (docs/studies/tradeoff.md); a test compares them with its table.
 [[nodiscard]] Engine Resolve(Engine asked);
 [[nodiscard]] CovarianceMethod Resolve(CovarianceMethod asked);
 /// `corrections` is the number of parameters of the passes, the rows of the reduced matrix.
@@ -96,11 +97,11 @@ class ProgressOfSteps {
 ///
 /// Damping (Marquardt 1963): lambda times the diagonal of J'J on every unknown, a tenth after a
 /// step that lowers the cost, tenfold after one that does not. Where steps creep or are refused
-/// they follow the curve to which the equations bend them (BendOfStep): in a direction that is
-/// known to some hundred metres only, the line that they begin with leaves it. Ends when the Newton
-/// decrement is below options.settle_below sigmas over all unknowns together, or below the rounding
-/// of the cost. The solution is that of SolveWithCeres to a small part of a sigma. Updates `state`.
-/// Throws Interrupted if the sink was cancelled.
+/// they follow the curve of the nonlinear equations to second order (BendOfStep): in a direction
+/// that is known only to some hundred metres, a straight step deviates from it. Ends when the
+/// Newton decrement is below options.settle_below sigmas over all unknowns together, or below the
+/// rounding of the cost. The solution is that of SolveWithCeres to a small part of a sigma. Updates
+/// `state`. Throws Interrupted if the sink was cancelled.
 [[nodiscard]] SolveReport SolveReduced(const AdjustmentProblem& problem,
                                        const Weighting& weighting,
                                        const SolveOptions& options,
@@ -115,8 +116,8 @@ class ProgressOfSteps {
                                        BlockState* state,
                                        ProgressSink* progress);
 
-/// The state after the whole Gauss-Newton step that belongs to the corrections' step `dx`, nothing
-/// damped: every point follows with what its own equations leave of it. Looks without loss.
+/// The state after the whole, undamped Gauss-Newton step that belongs to the step `dx` of the
+/// corrections: every point follows by its own equations. Looks without loss.
 [[nodiscard]] BlockState AfterNewtonStep(const AdjustmentProblem& problem,
                                          const BlockState& state,
                                          const Eigen::VectorXd& dx);

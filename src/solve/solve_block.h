@@ -35,27 +35,28 @@ struct PassLooks {
   LookCounts all, deciding;
 };
 
-/// By pass, of the looks that take part by `look_used` (AdjustmentProblem) and all others. A look
-/// that the block rejects is not counted.
+/// Counts, by pass, the looks that take part by `look_used` (AdjustmentProblem) and those that do
+/// not. Looks that the block rejects are not counted.
 [[nodiscard]] std::vector<PassLooks> CountPassLooks(const Block& block,
                                                     const std::vector<std::uint8_t>& look_used);
 
 /// The first pass whose deciding looks do not Decide().
 [[nodiscard]] std::optional<std::size_t> UndecidedPass(const std::vector<PassLooks>& by_pass);
 
-/// The first pass that lost more of its deciding looks than chance explains: a pass that settled
-/// off its place loses good ones. It lost a fifth of them at least and twice as many as the others,
-/// and the chance of so many is below `chance`, all passes together; the number lost is tested
-/// against a binomial distribution with the frequency of the other passes
+/// The first pass that lost more of its deciding looks than chance explains: a pass whose path
+/// converged to a wrong place loses good looks. It lost a fifth of them at least and twice as many
+/// as the others, and the chance of so many is below `chance`, all passes together; the number lost
+/// is tested against a binomial distribution with the frequency of the other passes
 /// (docs/theory/consensus.md, eq. (4)).
 [[nodiscard]] std::optional<std::size_t> PassThatLosesMore(const std::vector<PassLooks>& by_pass,
                                                            double chance = 0.05);
 
 /// Whole Newton steps on the undamped reduced equations, the finish of both engines; the weights
 /// follow them until they no longer change. The gradient keeps digits that the cost has lost, and
-/// an undamped sum those that the solver's shorter one has. Ends where the decrement is what the
-/// tolerance asks for or no longer shrinks. `system` is formed at the state and factored when it
-/// returns true; false where the block cannot be factored there. Fills the decrement of `solve`.
+/// the undamped sum keeps digits that the shorter sum of the solver has lost. Ends where the
+/// decrement is within the tolerance or no longer shrinks. `system` is formed at the state and
+/// factored when it returns true; false where the block cannot be factored there. Fills the
+/// decrement of `solve`.
 [[nodiscard]] bool NewtonFinish(const AdjustOptions& options,
                                 AdjustmentProblem* problem,
                                 BlockState* state,

@@ -12,12 +12,12 @@ namespace sarblock {
 
 /// A defect of the network configuration that affects the adjustment.
 struct Finding {
-  std::string text;                ///< what, of which passes or points, and what would mend it
+  std::string text;                ///< the defect, its passes or points, and a remedy
   std::vector<std::string> names;  ///< of the passes or points concerned
 };
 
-/// How the passes of a block hang together through the points that take part: passes are nodes, a
-/// point joins all passes whose looks of it are in use (union-find).
+/// How the passes of a block are connected by the points that take part: passes are nodes, a point
+/// joins all passes whose looks of it are in use (union-find).
 struct PassConnection {
   int components = 0;                        ///< of the passes that have looks
   std::vector<std::uint8_t> pass_has_looks;  ///< by pass
@@ -31,8 +31,8 @@ struct PassConnection {
 /// Defects of the network configuration, before any equation is formed: connected components,
 /// passes with too few points, one point, points or control on one line, control on one side or
 /// missing, time and along-track both free, range bias, across and up all free on a narrow swath.
-/// Points count that `problem` solves, at the positions of `state` (start values will do). What
-/// priors or passes without corrections determine is no finding. `check` and `adjust` print the
+/// Points count that `problem` solves, at the positions of `state` (start values will do). Freedoms
+/// that priors or passes without corrections fix are no findings. `check` and `adjust` print the
 /// same messages. docs/theory/rank.md, section 1, has the limits.
 [[nodiscard]] std::vector<Finding> ExamineStructure(const AdjustmentProblem& problem,
                                                     const BlockState& state);

@@ -271,8 +271,8 @@ std::vector<Index> IndependentRows(const MatrixXd& q) {
   return rows;
 }
 
-/// The basis of the columns' span in which each has a row of its own where all others are zero; it
-/// and its order do not depend on the columns that span it.
+/// Replaces the columns by the basis of their span in which each has a row where all others are
+/// zero. The basis and its order depend only on the span.
 void MakeEchelon(MatrixXd* a) {
   if (a->cols() == 0) return;
   const MatrixXd q = Orthonormal(*a);

@@ -17,12 +17,13 @@ namespace sarblock {
 /// Least eigenvalue of the reduced matrix scaled to unit diagonal that still counts as regular; its
 /// own rounding is about 1e-15.
 inline constexpr double kMinEigenvalue = 1e-13;
-/// Below this an eigenvalue is always warned of: six digits of the covariance are not certain. The
-/// rounding of S, 1.1e-16 of its diagonal, comes back in S^-1 divided by the eigenvalue; up to
+/// An eigenvalue below this always gives a warning: six digits of the covariance are not certain.
+/// The rounding of S, 1.1e-16 of its diagonal, comes back in S^-1 divided by the eigenvalue; up to
 /// twice that is met in covariances (docs/studies/stability.md), which leaves 4.4e-7 here.
 inline constexpr double kNearEigenvalue = 5e-10;
-/// A standard deviation of a correction without a prior, as movement at the target, beyond these
-/// parts of the mean slant range is warned of, and is refused: nothing linear holds there.
+/// Limits of the standard deviation of a correction without a prior, as movement at the target over
+/// the mean slant range: beyond the first there is a warning, beyond the second the block is
+/// refused, since the linear model is not valid there.
 inline constexpr double kNearEffectPart = 0.01;
 inline constexpr double kOpenEffectPart = 0.5;
 
@@ -57,7 +58,7 @@ struct RankReport {
   [[nodiscard]] bool regular() const { return undetermined.empty(); }
 };
 
-/// The pass whose own parameter each is, -1 for shared ones.
+/// By parameter: the pass that it belongs to, -1 for shared ones.
 [[nodiscard]] std::vector<int> PassOfParameters(const ParameterLayout& layout);
 
 /// Corrections that move passes as one rigid body (and its size): the directions a block without a
@@ -94,8 +95,8 @@ struct NamedDirection {
 
 /// A basis of a weak subspace (`weak`: orthonormal or nearly so, columns in scaled parameters) that
 /// can be put in words. First the rigid motions of the block, or of each connected component, that
-/// lie in the subspace; then the rest, each with a parameter of its own that the others leave
-/// alone, so that local ones stay local. Both depend on the subspace and not on the vectors that
+/// lie in the subspace; then the rest, each with a parameter in which no other direction has a
+/// part, so that local ones stay local. Both depend on the subspace and not on the vectors that
 /// span it, which rounding turns. docs/theory/rank.md, section 4.
 [[nodiscard]] std::vector<NamedDirection> NameableBasis(const AdjustmentProblem& problem,
                                                         const std::vector<int>& pass_of_parameter,
