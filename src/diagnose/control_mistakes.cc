@@ -264,7 +264,8 @@ Hypothesis ConstantHeight(const PointSelection& selection, double step_m, const 
   out.change = [selection, step_m](const Size& size) {
     const std::string by =
         (size.value > 0.0 ? "minus " : "plus ") + InFiles(std::abs(size.value), size.sigma);
-    // Flights alone tell heights of all known points no better than they are known themselves.
+    // By flights alone the heights of all known points are known no better than the flights
+    // themselves.
     if (!selection.role && size.sigma > step_m) {
       return "points.csv: role = tie " + selection.Words() + " until their heights are right; " +
              by + " they fit the flights, within " + InFiles(size.sigma, size.sigma) + " m";

@@ -25,7 +25,7 @@
 
 namespace sarblock {
 
-/// A number that people's mistakes have, and what it is.
+/// A number that is typical of a mistake, and its meaning.
 struct KnownNumber {
   double value = 0.0;  ///< in the unit of the hypothesis
   std::string text;
@@ -48,9 +48,10 @@ struct Hypothesis {
   std::vector<std::string> passes;  ///< empty: all
   std::vector<std::string> points;
   std::function<void(Block*, double value)> undo;
-  /// A mistake in the corrections asked for: what undoes it there; empty for all others.
+  /// Undoes a mistake in the corrections asked for; empty for all other mistakes.
   std::function<void(CorrectionModel*, double value)> remodel;
-  double log_cost = 0.0;  ///< on -2 log of the likelihood by `value`, of wider priors
+  double log_cost = 0.0;  ///< this times `value` is added to -2 log of the likelihood, for wider
+                          ///< priors
   int parameters = 1;     ///< that undoing it fits to the looks; 0: a change without a size
   /// The size is found from `value` on with first steps of `step`; else `value` is the size.
   bool free = false;
@@ -62,26 +63,26 @@ struct Hypothesis {
   std::function<std::string(const Size&)> says;
   std::function<std::string(const Size&)> change;
   std::function<std::string(const Fit&)> detail;  ///< what its solution shows; empty: nothing
-  /// What known points do not show, or a score test found: solved without the screening.
+  /// Solved without the screening: known points cannot show it, or a score test found it.
   bool screened = false;
-  /// Where it stands among those that are tried: what the laws of motion show; corrections that
-  /// were chosen; what the data tell
-  /// by themselves, also those with which known points keep less than a tenth of their misfit; what
-  /// scores show; known points that keep more; what is guessed.
+  /// Rank among those that are tried: what the laws of motion show; corrections that were chosen;
+  /// what the data show by themselves, and hypotheses that leave known points less than a tenth of
+  /// their misfit; what score tests show; hypotheses that leave known points more; guesses.
   double order = kGuessed;
   static constexpr double kCertain = 0.0, kChosen = 0.05, kReported = 0.1, kScored = 0.6,
                           kWeak = 0.7, kGuessed = 1.0;
-  /// Changes one of the measurements that the hypothesis before leaves out: of no use where that is
-  /// of none.
+  /// Changes one of the measurements that the hypothesis before leaves out: not tried where that
+  /// one is of no use.
   bool within_last = false;
-  /// Recorded states that undoing it makes paths of which do not go through them.
+  /// Number of recorded states whose path, made anew when the mistake is undone, does not go
+  /// through them.
   std::size_t smoothed_states = 0;
-  /// Not reported where v'Pv over its redundancy stays above this: a curve takes a part of
-  /// anything.
+  /// Not reported where v'Pv over its redundancy stays above this: a curve fits a part of any
+  /// residuals.
   double max_unexplained = std::numeric_limits<double>::infinity();
-  /// Changes little of the whole: solved from where the sample as it is ended.
+  /// Changes little: solved from the solution of the sample as it is.
   bool local = false;
-  /// Undone in the points of the sample alone: the whole block cannot say what it does.
+  /// Undone only in the points of the sample, so the whole block cannot show its effect.
   bool of_sample = false;
   /// The same error with larger standard deviations, which are advised instead where the residuals
   /// of the whole block are not too small for them.
@@ -98,8 +99,8 @@ struct Hypothesis {
 /// "18.000 +- 0.001 s": both to the second digit of sigma; without a sigma six digits.
 [[nodiscard]] Size SizeOf(double value, double sigma, const std::string& unit);
 
-/// The text of the number that a size equals within four of its sigmas and a thousandth; empty
-/// where none or where the sigma is so large that it says nothing.
+/// The text of the number that a size equals within four of its sigmas and a thousandth; empty if
+/// there is none, or if the sigma is too large to tell.
 [[nodiscard]] std::string Equals(const std::vector<KnownNumber>& numbers,
                                  double value,
                                  double sigma);
@@ -136,15 +137,15 @@ struct Fit {
   [[nodiscard]] double Cost() const { return SquareSum() + log_sigmas; }
 };
 
-/// True where a fit is so good that changes of little can start from it: a gross mistake leads
-/// everything else away, and what has no place finds none from there.
+/// True where a fit is so good that hypotheses which change little can start from it: with a gross
+/// mistake the rest of the solution is wrong too, and looks without a place find none from there.
 [[nodiscard]] bool IsNear(const Fit& fit);
 
-/// What a look without a place counts: residuals of 30 sigma in range and azimuth.
+/// Part of v'Pv that a look without a place counts for: residuals of 30 sigma in range and azimuth.
 inline constexpr double kLost = 1800.0;
 
-/// How often a solution may form its system. A hypothesis that is right is there after two or three
-/// times; the others need not get there.
+/// How often a solution may form its system. With a correct hypothesis it converges after two or
+/// three times; with others it need not converge.
 enum class Effort { kQuick, kFull };
 
 struct FitOptions {
@@ -156,7 +157,7 @@ struct FitOptions {
   double useless_above = std::numeric_limits<double>::infinity();
 };
 
-/// Solves the sample. Never throws but Interrupted: what cannot be solved is a Fit that is not.
+/// Solves the sample. Throws only Interrupted: if it cannot be solved, the Fit is not `solved`.
 [[nodiscard]] Fit SolveSample(const Block& sample,
                               const CorrectionModel& corrections,
                               const FitOptions& options,
@@ -187,10 +188,10 @@ struct Facts {
   const CorrectionModel& corrections;
   const Fit& before;                 ///< the sample as it is
   const SampleResiduals& residuals;  ///< of `before`
-  /// Changes of little can start from it (IsNear).
+  /// Hypotheses that change little can start from `before` (IsNear).
   [[nodiscard]] bool near() const { return IsNear(before); }
-  /// Whether a mistake in the rows of these points alone may be told: without all of them, which no
-  /// change of them beats, v'Pv falls by as much as an explanation is to take.
+  /// Whether a mistake in the rows of these points alone may be an explanation: without all of them
+  /// (no change of them does better) v'Pv falls by as much as an explanation must take.
   const std::function<bool(const std::vector<std::uint32_t>& points)>& may_explain;
 };
 
@@ -203,7 +204,8 @@ class Work {
  public:
   enum class Start { kCold, kWarm };
 
-  /// At most so many `adjustments` of a block, of which a sample is solved; of a large block less.
+  /// Bounds the work by so many `adjustments` of a block, of which a sample is solved; by less for
+  /// a large block.
   Work(const Block& block, const Block& sample, double adjustments)
       : most_looks_(adjustments *
                     std::max(kFormedByAdjustment * static_cast<double>(block.looks.size()),
@@ -218,24 +220,24 @@ class Work {
     done_looks_ += static_cast<double>(looks) * (fit.formed + beside) +
                    kCopiedState * static_cast<double>(states);
   }
-  /// Recorded states of which a path was made that does not go through them.
+  /// Adds the work of a path made of recorded states that does not go through them.
   void AddSmoothed(std::size_t states) {
     done_looks_ += kSmoothedState * static_cast<double>(states);
   }
 
-  /// Less than this part of it is done.
+  /// True while less than this part of the work is done.
   [[nodiscard]] bool Allows(double part) const { return done_looks_ < part * most_looks_; }
   [[nodiscard]] double done_looks() const { return done_looks_; }
   [[nodiscard]] double most_looks() const { return most_looks_; }
 
  private:
-  /// What one adjustment forms of each look, its covariance counted as what takes as long; and of
-  /// each look of the sample at least, which is most of a small block.
+  /// Times that one adjustment forms each look, the work of its covariance included; and the least
+  /// number per look of the sample, which is most of a small block.
   static constexpr double kFormedByAdjustment = 5.5, kMinSampleLooks = 54.0;
   /// Two seconds of work, more or less.
   static constexpr double kMaxLooks = 2e6;
-  /// The last square sum with the places of the looks, and start values, also where circles do not
-  /// meet, in looks formed once.
+  /// Work in looks formed once: of the last square sum with the places of the looks; of start
+  /// values; of these where circles do not meet.
   static constexpr double kLastSum = 2.0, kStartValues = 2.0, kStartOfLost = 5.0;
   static constexpr double kCopiedState = 0.005, kSmoothedState = 4.0;
 
@@ -250,13 +252,13 @@ class Trials {
 
   /// The sample as it is.
   [[nodiscard]] Fit SolveGiven();
-  /// What priors that are wider than their corrections put into the redundancy without residuals:
-  /// taken off that of every fit from now on.
+  /// From now on subtracts `empty_priors` from the redundancy of every fit: the redundancy of
+  /// priors wider than their corrections, which adds no residuals.
   void LeaveOutOfRedundancy(double empty_priors) { empty_priors_ = empty_priors; }
-  /// Redundancy numbers of the measurements of the looks, range and azimuth, by which other
-  /// standard deviations count from now on; before that they cost nothing.
+  /// From now on changed standard deviations are weighed by these redundancy numbers of range and
+  /// azimuth of the looks (Fit::log_sigmas); before that call they cost nothing.
   void WeighLogSigmas(Eigen::MatrixX2d redundancy) { redundancy_ = std::move(redundancy); }
-  /// Without the looks of some points.
+  /// Solves the sample without the looks of some points.
   [[nodiscard]] Fit SolveWithout(const std::vector<std::uint32_t>& points,
                                  const FitOptions& options);
   [[nodiscard]] Fit With(const Hypothesis& hypothesis, double value, const FitOptions& options);
@@ -289,8 +291,8 @@ struct Solved {
 
 struct SearchOptions {
   Effort effort = Effort::kFull;
-  /// Cost above which a size is of no use: the search ends where four times what the parabola
-  /// promises would not bring it there.
+  /// Cost above which a size is of no use: the search ends where even four times the decrease
+  /// predicted by the parabola would not reach it.
   double useless_above = std::numeric_limits<double>::infinity();
   double part_of_work = 1.0;  ///< at which the search ends where it is
 };
@@ -312,7 +314,8 @@ struct LookSums {
 struct BlockCure {
   Explanation::Cure cure;
   bool priors_hold = true;  ///< below what chance allows
-  /// Set for standard deviations: ranges and azimuths, of the passes concerned and of all passes.
+  /// Only for mistakes in standard deviations: ranges and azimuths, of the passes concerned and of
+  /// all passes.
   std::array<LookSums, 2> of_passes, of_all;
 };
 [[nodiscard]] BlockCure CureOf(const Block& given,
@@ -321,11 +324,11 @@ struct BlockCure {
                                double value,
                                double test_level,
                                ProgressSink* progress);
-/// Whether the residuals of the block show that no standard deviation is too large: ranges and
+/// Whether the residuals of the block are large enough for the new standard deviations: ranges and
 /// azimuths each, at the level of one test.
 [[nodiscard]] bool BearsSigmas(const BlockCure& solved, double test_level);
 
-/// Times that are late by a constant, from `late_s` on; empty `passes`: of all.
+/// Times that are late by a constant, searched from `late_s` on; empty `passes`: of all.
 [[nodiscard]] Hypothesis ConstantTime(const std::vector<std::string>& passes,
                                       double late_s,
                                       double step_s);
@@ -335,7 +338,7 @@ struct BlockCure {
 /// alone.
 void AddTimeMistakes(const Facts& facts, Hypotheses* out);
 
-/// Ranges that are too long by a constant, from `longer_m` on; empty `passes`: of all.
+/// Ranges that are too long by a constant, searched from `longer_m` on; empty `passes`: of all.
 [[nodiscard]] Hypothesis RangeBias(const std::vector<std::string>& passes,
                                    double longer_m,
                                    double step_m);
@@ -349,19 +352,19 @@ void AddRangeMistakes(const Facts& facts, Hypotheses* out);
 /// times that grow with range, points that the tide displaced.
 void AddDelayMistakes(const Facts& facts, Hypotheses* out);
 
-/// Squints that are too large by a constant, from `value_rad` on; empty `passes`: of all.
+/// Squints that are too large by a constant, searched from `value_rad` on; empty `passes`: of all.
 [[nodiscard]] Hypothesis SquintBias(const std::vector<std::string>& passes,
                                     double value_rad,
                                     double step_rad);
 
-/// Looks at native Doppler, whose squint changes with range, given as if it did not: from this
-/// change on. `constant_rad` is the squint at range zero of a change with range.
+/// Looks at native Doppler, whose squint changes with range, given as if it did not; the change is
+/// searched from this one on. `constant_rad` is the squint at range zero of a change with range.
 [[nodiscard]] Hypothesis NativeDoppler(const std::vector<std::string>& passes,
                                        const std::function<double(double per_m)>& constant_rad,
                                        double slope_rad_per_m,
                                        double step_rad_per_m);
-/// The same of the pass of a constant squint that was solved, which is its mean, with the change
-/// that the residuals beside it show; nothing where they show none.
+/// The same for the pass of a solved constant squint, which is the mean squint, with the change
+/// with range that the remaining residuals show; nothing where they show none.
 [[nodiscard]] std::optional<Hypothesis> NativeBeside(const Facts& facts,
                                                      const Hypothesis& squint,
                                                      const Solved& solved);
@@ -376,8 +379,8 @@ void AddConeMistakes(const Facts& facts, Hypotheses* out);
 void AddSigmaMistakes(const Facts& facts, Trials* trials, Hypotheses* out);
 
 /// Constants of time, range and squint, of one pass or of all, that Rao's score test (selection)
-/// finds at the fit as it is: what they would take off v'Pv in one linearisation, the most first.
-/// Nothing where the fit is none.
+/// finds at the fit as it is: by the decrease of v'Pv in one linearisation, the largest first. None
+/// where the sample was not solved.
 [[nodiscard]] Hypotheses ScoredMistakes(const Facts& facts, ProgressSink* progress);
 
 /// Adds the hypotheses of flight paths that this block gives reason to try, with first values
@@ -385,13 +388,13 @@ void AddSigmaMistakes(const Facts& facts, Trials* trials, Hypotheses* out);
 /// alone.
 void AddPathMistakes(const Facts& facts, Hypotheses* out);
 
-/// Errors that are correlated in time: residuals of a pass that drift to and fro along its strip,
-/// of its ranges or of its times, and of all such passes together. docs/theory/diagnosis.md, eq.
+/// Adds hypotheses of errors that are correlated in time: residuals of ranges or times of a pass
+/// that vary slowly along its strip, and of all such passes together. docs/theory/diagnosis.md, eq.
 /// (9).
 void AddTimeCorrelatedMistakes(const Facts& facts, Trials* trials, Hypotheses* out);
 
-/// Adds those of the corrections asked for: priors too tight (one solution tells which and by how
-/// much), terms that are missing, passes held as exact.
+/// Adds the hypotheses of mistakes in the corrections asked for: priors too tight (one solution
+/// shows which and by how much), terms that are missing, passes taken as exact.
 void AddModelMistakes(const Facts& facts, Trials* trials, Hypotheses* out);
 
 /// Adds the hypotheses of known positions that this block gives reason to try, with first values
@@ -409,8 +412,8 @@ void AddControlSigma(const Facts& facts, Trials* trials, Hypotheses* out);
 void AddKnownPointMistakes(const Facts& facts, Hypotheses* out);
 
 /// Adds the hypotheses of single looks and points: time, range, or both that this block gives
-/// reason to try, with first values of their sizes: those that the sightings suggest, and those
-/// that show in a solution alone.
+/// reason to try, with first values of their sizes: those that the predicted observations suggest,
+/// and those that show in a solution alone.
 void AddLookMistakes(const Facts& facts, Hypotheses* out);
 
 /// Adds the hypotheses that the ids of a pass are shifted by a row or by a time.
@@ -418,15 +421,15 @@ void AddShiftedIds(const Facts& facts, Hypotheses* out);
 /// Adds the hypotheses that two suspects are exchanged in a pass, where both agree better then.
 void AddExchangedPoints(const Facts& facts, Hypotheses* out);
 
-/// Two passes whose ranges are alike at the points of both, where their paths ask for differences:
-/// nothing in the block undoes that one image was resampled to the other.
+/// Finds two passes whose ranges are equal at the points of both although their paths require
+/// differences: one image was resampled to the other, which no change of the block can undo.
 [[nodiscard]] std::optional<Explanation> FindCoregistered(const Facts& facts);
 
-/// What the residuals of a fit show that is no noise, the most striking: one sign in a pass, a
+/// The most significant pattern in the residuals of a fit that is not noise: one sign in a pass, a
 /// trend with range or time, correlation along the strip, heavy tails; empty where they are noise.
-/// Points that were taken because they are the worst (`suspects`) say nothing of that. Heavy tails
-/// are no objection where standard deviations are tried that are `much_larger` than those given and
-/// most errors are as large as they say.
+/// Points that were chosen because they are the worst (`suspects`) are left out. Heavy tails are no
+/// objection where standard deviations are tried that are `much_larger` than those given and most
+/// errors are as large as they say.
 [[nodiscard]] std::string FindPattern(const Block& block,
                                       const std::vector<std::uint32_t>& suspects,
                                       const SampleResiduals& residuals,

@@ -16,7 +16,7 @@
 
 namespace sarblock {
 
-/// A look as some row of observations.csv gives it.
+/// Measured values of a look in one row of observations.csv.
 struct RowValues {
   double time_s = kNotGiven, range_m = kNotGiven, cone = 0.0;
 };
@@ -35,8 +35,8 @@ struct Sample {
 
 [[nodiscard]] Sample TakeSample(const Block& block, ProgressSink* progress);
 
-/// Misfit of the looks of a point on the given paths, in metres; for a known point their distance
-/// from it. NaN if there is none.
+/// Misfit of the looks of a point on the given paths [m]; for a known point their distance from it.
+/// NaN if it has none.
 [[nodiscard]] double ContradictionOf(const Block& block, std::uint32_t point);
 
 /// Index of a pass; nothing where the block has none of this id.
@@ -63,7 +63,7 @@ void EditPathAsRead(const std::function<void(StateVector*)>& edit, std::size_t p
 /// they were.
 void ReadWithAuto(const std::vector<std::string>& passes, Block* block);
 
-/// Where looks lie beyond the ends of their strip, the strip is the span of its looks.
+/// Sets a strip to the span of its looks where some of them lie beyond its ends.
 void FitStrips(Block* block);
 
 /// Block of some points with their looks, in the order given; passes as they are. `look_of`, where
@@ -102,7 +102,7 @@ struct PassPredictions {
 /// the look's side or the time not on the path. NaN without known points.
 [[nodiscard]] double MisfitOf(const Block& block);
 
-/// A look and a position.
+/// Predicts a look at a position.
 [[nodiscard]] PredictedLook PredictLook(const Block& block,
                                         std::size_t look,
                                         const Eigen::Vector3d& p_m);

@@ -44,16 +44,17 @@ class BlunderSizes {
   std::vector<std::array<double, 2>> sigma_factors_;  // by pass, range and azimuth
 };
 
-/// Multiplies by PosteriorFactor(), once, what AdjustResult::posterior_factor names: the last step
-/// of a result, for all tests are made with the standard deviations that the observations were
-/// given.
+/// Multiplies the figures that AdjustResult::posterior_factor names by PosteriorFactor(), once.
+/// This is the last step of a result, because all tests use the standard deviations that the
+/// observations were given.
 void ScaleByPosterior(const AdjustOptions& options, AdjustResult* result);
 
-/// At the level of one observation (ReliabilityOf).
+/// The tests of priors at the level of one observation (ReliabilityOf).
 [[nodiscard]] PriorSummary SummarisePriors(const AdjustOptions& options,
                                            const AdjustResult& result);
 
-/// By pass of the block in order, then shared groups; empty without redundancy numbers.
+/// Shares by pass in the order of the block, then of shared groups; empty without redundancy
+/// numbers.
 [[nodiscard]] std::vector<PassShare> SharesOf(const Block& block, const AdjustResult& result);
 
 /// Levels and critical values of a result's tests; counts those of its quality figures.

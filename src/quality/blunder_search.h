@@ -17,7 +17,7 @@
 
 namespace sarblock {
 
-/// Tests whose correlation is beyond this are one test.
+/// Tests whose correlation exceeds this count as the same test.
 inline constexpr double kSameTest = 0.999;
 /// A point is still determined where, in its weakest direction, this part of its information is
 /// left: its standard deviation grows a hundredfold at most.
@@ -32,7 +32,8 @@ struct SuspectSet {
   bool rest_determines = false;      ///< what is left determines the point
 };
 
-/// Were k the blunder, w_i freed of it would be standard normal (docs/theory/quality.md, eq. (14)):
+/// If k were the blunder, w_i corrected for it would be standard normal (docs/theory/quality.md,
+/// eq. (14)):
 ///     w_i.k = (w_i - rho w_k) / sqrt(1 - rho^2)
 /// so k may be the cause of the largest, w_i, unless |w_i.k| > N^-1((1 + separation) / 2). Both
 /// components of a look count as the look.
@@ -41,9 +42,9 @@ struct SuspectSet {
 /// True where the point is determined without the looks (and the known position) of the set.
 [[nodiscard]] bool RestDetermines(const PointResiduals& residuals, const SuspectSet& set);
 
-/// How far a removal can reach: the sum of |w| sqrt(h / r) over what is removed, h the part that
-/// the corrections take of a residual. Any correlation with a test of another point is at most
-/// sqrt(h_i h_k / (r_i r_k)), docs/theory/quality.md, eq. (15).
+/// How far a removal can affect other points: the sum of |w| sqrt(h / r) over the removed
+/// observations, h the part of a residual that the corrections absorb. Any correlation with a test
+/// of another point is at most sqrt(h_i h_k / (r_i r_k)), docs/theory/quality.md, eq. (15).
 [[nodiscard]] double ReachOf(const PointResiduals& residuals, const SuspectSet& set);
 
 /// True where the point's largest |w| would stay above `critical` after any removals of that
@@ -62,12 +63,12 @@ void FillReasons(const AdjustmentProblem& problem,
                  const std::vector<std::size_t>& dropped,
                  AdjustResult* result);
 
-/// Rounds after which the search ends, far more than a block that is fit to be adjusted needs.
+/// Rounds after which the search ends, far more than a usable block needs.
 inline constexpr int kMaxSearchRounds = 200;
 
-/// A solution that leaves out more than this part of the looks as blunders, outliers or misplaced
-/// has not found blunders: a cause that many looks share is wrong, and what is left fits because
-/// the rest is gone.
+/// A solution that leaves out more than this part of the looks as blunders, outliers or mirror
+/// solutions has not found blunders: the looks share an error, and the remaining ones fit only
+/// because the others are gone.
 inline constexpr double kMaxLeftOut = 0.25;
 
 /// Solves `problem` from `state` under a loss, with the looks now in use; updates both.
@@ -80,10 +81,10 @@ using SolveAgain = std::function<void(RobustLoss)>;
 /// a point is a candidate; which observations of its point might hold the error instead is decided
 /// by the correlation of the tests (blunder_search.h).
 ///
-/// A look alone is a located blunder; it is rejected. Several looks are suspects of which nothing
-/// is claimed: all of them are left out if the rest still determines the point, else the whole
-/// point is. A known position among the suspects is left out with them, but never so that fewer
-/// than three control points remain. Nothing is removed where the passes would fall into more
+/// A look alone is a located blunder; it is rejected. Several looks are suspects, none of which is
+/// called a blunder: all of them are left out if the rest still determines the point, else the
+/// whole point is. A known position among the suspects is left out with them, but never so that
+/// fewer than three control points remain. Nothing is removed where the passes would fall into more
 /// components, a pass would lose its last look or the corrections would no longer be determined: it
 /// is reported. Several candidates go in one round, in the order of |w|, where even the largest
 /// correlation that the corrections allow between two points could not explain the one by the

@@ -16,7 +16,7 @@
 
 namespace sarblock {
 
-/// A solution in the making, as the rooms of the adjustment hand it on.
+/// A solution under construction, as it is passed between the steps of the adjustment.
 struct Solution {
   AdjustmentProblem* problem = nullptr;
   BlockState* state = nullptr;
@@ -25,21 +25,21 @@ struct Solution {
   PointDefects* defects = nullptr;
 };
 
-/// True where a correction is farther from what its prior says than any prior allows: a pass may
-/// have settled in the mirror image of its place.
+/// True where a correction is farther from its prior value than any prior allows: a pass may have
+/// converged to the mirror image of its place.
 [[nodiscard]] bool ContradictsPriors(const AdjustmentProblem& problem, const BlockState& state);
 
-/// The first pass that lost two looks at control points or more, and as many as it keeps: they
-/// decide nothing, another path may fit those that went.
+/// The first pass that lost two or more looks at control points, and at least as many as it keeps:
+/// its path is then undecided, since another one may fit the lost looks.
 [[nodiscard]] std::optional<std::size_t> PassThatLosesControl(const AdjustmentProblem& problem);
 
-/// Whether a solution as it was asked for is one.
+/// How a solution contradicts itself, if it does.
 enum class Contradiction {
   kNone,
-  kTest,  ///< after a search or under a loss, which leave out what is wrong, the global test fails,
-          ///< or a pass loses more looks than chance explains beside the others
-  kGross,  ///< not converged, points led to where no look looks, priors contradicted, a quarter of
-           ///< the looks gone, or half of those that decide about a pass, or more v'Pv than wrong
+  kTest,   ///< although a search or a loss left out wrong looks, the global test fails, or a pass
+           ///< lost more looks than chance explains, compared with the others
+  kGross,  ///< not converged, points at mirror solutions, priors contradicted, a quarter of the
+           ///< looks left out, or half of those that decide about a pass, or more v'Pv than wrong
            ///< standard deviations explain
 };
 [[nodiscard]] Contradiction FindContradiction(const AdjustOptions& options,
@@ -57,7 +57,7 @@ struct ConsensusOutcome {
                                                  const Solution& solution,
                                                  ProgressSink* progress);
 
-/// What such a search left out, for people.
+/// The looks and points that such a search left out, in words.
 [[nodiscard]] std::string DescribeConsensus(const AdjustmentProblem& problem,
                                             const SnoopingReport& report);
 

@@ -58,17 +58,18 @@ inline constexpr std::size_t kMaxCheckPoints = 300;
     const BlockState& state,
     const std::vector<std::pair<std::uint32_t, std::uint32_t>>& pairs);
 
-/// AdjustResult::curvatures: of all corrections, of more than 200 those with the largest ratio of
-/// the standard deviation to that with all other unknowns known. By 100 control points and 100
-/// others at most, and by 1,000 of each where one is then 0.01 or more.
+/// AdjustResult::curvatures: for all corrections, or, if there are more than 200, for those with
+/// the largest ratio of the standard deviation to that with all other unknowns known. Computed from
+/// at most 100 control points and 100 others, and from 1,000 of each where a curvature is then 0.01
+/// or more.
 [[nodiscard]] std::vector<CorrectionCurvature> CurvaturesOfCorrections(
     const AdjustmentProblem& problem,
     const BlockState& state,
     const ReducedSystem& system,
     const std::vector<ParameterResult>& parameters);
 
-/// A warning where one is 0.1 or more: limits of 95 % are then 1.7 and 2.7 standard deviations, not
-/// 1.96. After standard deviations have their last factor (ScaleByPosterior).
+/// Warns where a curvature is 0.1 or more: limits of 95 % are then 1.7 and 2.7 standard deviations,
+/// not 1.96. Call it after ScaleByPosterior.
 void WarnOfCurvatures(AdjustResult* result);
 
 /// The horizontal error ellipse of a point: half axes, and the direction of the longer one

@@ -9,12 +9,12 @@
 namespace sarblock {
 
 /// Compares the looks that a search, a loss or a consensus left out, by pass. A matcher that takes
-/// one repeated pattern for the next puts many looks of a pass off by the same distance: where a
-/// point has enough other looks this shows; where it has not, looks that are just as wrong were
-/// kept. A pass is told whose lost looks have residuals of one size (Student's t of their mean,
-/// chance below 1e-4 over all passes and both components), or that lost more than the other passes
-/// (PassThatLosesMore, at that chance). The result is refused where points hold a look of that pass
-/// that would hardly show the same error; else it is a warning. Warns also of the number of
+/// one repeated pattern for the next puts many looks of a pass off by the same distance: at points
+/// with enough other looks this shows; at other points, equally wrong looks were kept. A pass is
+/// reported if its lost looks have residuals of one size (Student's t of their mean, chance below
+/// 1e-4 over all passes and both components), or if it lost more than the other passes
+/// (PassThatLosesMore, at that chance). The result is refused where points keep a look of that pass
+/// that would hardly show the same error; otherwise there is a warning. Warns also of the number of
 /// scattered blunders to be expected in looks that nothing checks.
 ///
 /// Needs the residuals of a result and the reasons why looks were left out (FillReasons).

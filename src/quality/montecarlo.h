@@ -26,8 +26,8 @@ struct ExactReadings {
 /// InputError where the time of a look leaves its path.
 [[nodiscard]] ExactReadings ReadExactly(const AdjustmentProblem& problem, const BlockState& state);
 
-/// A draw of everything that an adjustment takes for random, about a solution: the looks' ranges
-/// and times or Dopplers, the control coordinates and the priors' values. `block` is a copy of
+/// Draws everything that an adjustment treats as random, about a solution: the looks' ranges and
+/// times or Dopplers, the control coordinates and the priors' values. `block` is a copy of
 /// problem.block. One stream of random numbers a look, a control point and a parameter: a function
 /// of seed and run.
 void ResampleObservations(const AdjustmentProblem& problem,
@@ -73,8 +73,8 @@ struct MonteCarloDraws {
                                              const std::vector<SymmetricEnu>& covariance_m2,
                                              ProgressSink* progress);
 
-/// What the runs say of `covariance_m2`, by point in east, north, up, which they were compared
-/// with. docs/theory/montecarlo.md, Eq. 1 to 4. `seed` is that of the draws.
+/// Report of the runs on `covariance_m2`, by point in east, north, up, with which they were
+/// compared. docs/theory/montecarlo.md, Eq. 1 to 4. `seed` is that of the draws.
 [[nodiscard]] MonteCarloReport ReportMonteCarlo(const MonteCarloDraws& draws,
                                                 std::uint64_t seed,
                                                 const std::vector<SymmetricEnu>& covariance_m2);

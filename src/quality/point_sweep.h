@@ -54,7 +54,7 @@ struct PointResiduals {
   std::size_t looks_of_point = 0;  ///< that take part
   Eigen::VectorXd v;
   Eigen::MatrixXd q_vv;
-  /// What the corrections, and so other points, take of the residuals: Q2 B C B' Q2'.
+  /// The part of the residuals that the corrections, and so other points, absorb: Q2 B C B' Q2'.
   Eigen::MatrixXd corrections_share;
   /// Q1: what each observation adds to the information on the point, corrections fixed; the rows'
   /// squares add to I.
@@ -69,8 +69,8 @@ struct PointResiduals {
   [[nodiscard]] double Correlation(Eigen::Index i, Eigen::Index k) const;
 };
 
-/// One point at the solution, its equations evaluated and factored once (normals/point.h): all that
-/// is asked of them. Storage is reused from point to point.
+/// One point at the solution, its equations evaluated and factored once (normals/point.h) for all
+/// figures computed from them. Storage is reused from point to point.
 class PointLinearization {
  public:
   template <int Rows>
@@ -98,17 +98,20 @@ class PointLinearization {
   [[nodiscard]] Eigen::Matrix3d Covariance() const {
     return r_inverse_ * core_ * r_inverse_.transpose();
   }
-  /// R^-1 R^-T: what the noise of its own looks and its control leaves, were the corrections known.
+  /// R^-1 R^-T: covariance by the noise of its own looks and its control, if the corrections were
+  /// known.
   [[nodiscard]] Eigen::Matrix3d FixedPathCovariance() const {
     return r_inverse_ * r_inverse_.transpose();
   }
   /// The k-th of its looks.
   [[nodiscard]] LookCovariance Look(int k);
-  /// Not of a point of the border, which has too many rows for pairs of them (ResidualsOf).
+  /// Not allowed for a point of the border, which has too many rows for a covariance of all pairs
+  /// (use ResidualsOf).
   [[nodiscard]] PointResiduals Residuals();
-  /// Those of one of its looks alone.
+  /// The residuals of one of its looks alone.
   [[nodiscard]] PointResiduals ResidualsOf(std::uint64_t look);
-  /// Looks, residuals and information, the rest empty: without the square of its rows.
+  /// Looks, residuals and information, the rest empty: forms nothing of the size of its rows
+  /// squared.
   [[nodiscard]] PointResiduals Information() const;
 
   [[nodiscard]] const PointFactor& factor() const { return factor_; }
@@ -145,8 +148,7 @@ class PointLinearization {
   bool complement_formed_ = false;
 };
 
-/// What a sweep over the points at the solution answers. All of it comes from one evaluation of
-/// every look.
+/// Results of a sweep over the points at the solution, all from one evaluation of every look.
 struct PointSweep {
   std::vector<SymmetricEnu> covariance_m2;  ///< by point; NaN where not solved
   LookQuality quality;                      ///< empty unless asked for
@@ -179,11 +181,11 @@ struct PointSweep {
     const BlockState& state,
     const std::vector<SymmetricEnu>& covariance_m2);
 
-/// Warns of looks that are weighted finer than double precision carries coordinates: one rounding
-/// of the largest coordinate behind an equation (point, antenna, range; with a time bias the way
-/// flown in one rounding of the time) as a part of its standard deviation. What is above a
-/// ten-thousandth may move the point by a thousandth of its sigma. Control may be as tight as it
-/// likes: it holds its point to the given coordinates themselves.
+/// Warns of looks whose standard deviations are finer than the rounding of coordinates in double
+/// precision: compared are one rounding of the largest coordinate in an equation (point, antenna,
+/// range; with a time bias the way flown in one rounding of the time) and its standard deviation. A
+/// ratio above a ten-thousandth may move the point by a thousandth of its sigma. Control may be as
+/// tight as wanted: it fixes its point to the given coordinates themselves.
 void WarnOfRounding(const AdjustmentProblem& problem,
                     const BlockState& state,
                     AdjustResult* result);

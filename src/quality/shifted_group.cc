@@ -458,7 +458,7 @@ std::vector<ShiftProposal> ProposeShifts(const AdjustmentProblem& problem,
     const std::uint32_t pass = of_pass.first;
     const std::vector<Known>& points = of_pass.second;
     if (points.size() < kMinGroup) continue;
-    // Paths are still bent: what is left of a point is not held against it.
+    // Paths are still bent, so a remaining misfit of a point does not count against the shift.
     const auto gain_of = [&](const Known& known, const Eigen::Vector2d& s) {
       const double left = known.terms.CostAt(s), most = kSlack[0] * known.limit;
       return left > most ? 0.0 : std::max(0.0, std::min(known.terms.cost, most) - left);

@@ -14,9 +14,9 @@
 
 namespace sarblock {
 
-/// Asks which pass it was, where many looks were left out: a matcher that takes one repeated
-/// pattern for the next puts a group of looks of one pass off by one common shift, and at points of
-/// three looks each single look explains the contradiction as well as the others.
+/// Finds the pass with a group of wrong looks, where many looks were left out: a matcher that takes
+/// one repeated pattern for the next puts a group of looks of one pass off by one common shift, and
+/// at points of three looks each single look explains the contradiction as well as the others.
 ///
 /// Hypothesis p: looks of pass p are right or off by one shift s in range and time, each point as
 /// fits it better. The block is solved under each hypothesis with the looks of the group corrected
@@ -26,8 +26,8 @@ namespace sarblock {
 /// looks are left out, what was left out before takes part again, and the search for blunders goes
 /// on from there. Else everything stays as it was.
 ///
-/// `lost`: the looks that the search, the loss or the consensus left out. Returns what is left out
-/// now, in place of it.
+/// `lost`: the looks that the search, the loss or the consensus left out. Returns what is now left
+/// out instead.
 [[nodiscard]] std::optional<SnoopingReport> SearchShiftedGroup(
     const AdjustOptions& options,
     const std::vector<std::uint64_t>& lost,

@@ -266,9 +266,9 @@ namespace {
 constexpr int kMaxIterations = 200;
 /// Iterations after which components that hinder the others from settling are looked for.
 constexpr int kPatience = 15;
-/// Redundancy a look below which there is none but for rounding.
+/// Redundancy per look below which it is nothing but rounding.
 constexpr double kNoRedundancy = 1e-6;
-/// A variance that moves by more than this is running away, to zero or beyond all bounds.
+/// A variance that changes by more than this factor diverges, to zero or to infinity.
 constexpr double kMaxFactor = 1e12;
 /// Part of Helmert's step: where few looks determine a variance the whole step overshoots, nearly
 /// to the other side.

@@ -47,7 +47,7 @@ inline constexpr double kMaxVarianceDeviation = 0.5;
 [[nodiscard]] std::vector<VarianceComponent> ListVarianceComponents(const AdjustOptions& options,
                                                                     const Block& block);
 
-/// What the estimation asks of the adjustment around it.
+/// Functions of the surrounding adjustment that the estimation calls.
 struct VarianceSteps {
   /// Solves again from the state, with the weights the problem now has.
   std::function<void()> solve;

@@ -25,28 +25,29 @@ namespace sarblock {
 /// Chance that |w| exceeds `critical` where its expectation is `shift`.
 [[nodiscard]] double TestPower(double shift, double critical);
 
-/// Minimal detectable blunder delta0 sigma / sqrt(r), in the unit of sigma; NaN where no test is.
+/// Minimal detectable blunder delta0 sigma / sqrt(r), in the unit of sigma; NaN where there is no
+/// test.
 [[nodiscard]] double MinimalDetectable(double delta0, double sigma_m, double redundancy);
 
 /// Shift of the point by a blunder of that size, delta0 / sqrt(r) times the shift by one sigma [m].
 [[nodiscard]] double Influence_m(double delta0, double shift_m, double redundancy);
 
-/// What v'Pv may lack because good looks were left out, `dropped` far off in a robust solution and
-/// those that the search of `result` left out: each took at least the limit of its test with it. Of
-/// all looks one in a hundred at most is taken for good. docs/theory/quality.md, eq. (19).
+/// Part of v'Pv that may be missing because good looks were left out: `dropped` outliers of a
+/// robust solution and those that the search of `result` left out. Each removed at least the limit
+/// of its test. At most one in a hundred of all looks counts as left out although good.
+/// docs/theory/quality.md, eq. (19).
 [[nodiscard]] double SquareLeftOut(std::size_t dropped,
                                    std::size_t looks,
                                    const AdjustResult& result);
 
-/// What covariances are to be multiplied by: sigma0_squared with `scale_by_posterior`, if there is
-/// one; else 1.
+/// Factor on covariances: sigma0_squared with `scale_by_posterior`, if it is known; else 1.
 [[nodiscard]] double PosteriorFactor(const AdjustOptions& options, const AdjustResult& result);
 
 /// Errors of check points against their known positions.
 void FillChecks(const Block& block, const AdjustOptions& options, AdjustResult* result);
 
-/// What a prior is to its correction (docs/theory/quality.md, eq. (18)): c the correction, which
-/// the prior expects to be zero with the standard deviation sigma0, sigma that of the result:
+/// Test of a prior (docs/theory/quality.md, eq. (18)): c the correction, which the prior expects to
+/// be zero with the standard deviation sigma0, sigma its standard deviation in the result:
 ///     r = 1 - sigma^2 / sigma0^2,   w = c / (sigma0 sqrt(r))
 /// For a joint prior Q with P = Q^-1 and C, the covariance of its corrections in the result (eq.
 /// (18a)):
@@ -73,15 +74,15 @@ inline constexpr double kTestsOfVerdict = 9.0;
 
 /// By how much standard deviations may be wrong before a test of a group fails, whatever its level.
 inline constexpr double kSigmaThatMatters = 0.02;
-/// How many times too tight priors may be, as a group, before their test fails: from there on they
-/// bend a solution or serve nobody.
+/// How many times too tight priors may be, as a group, before their test fails: tighter ones
+/// distort a solution or are of no use.
 inline constexpr double kPriorsThatMatter = 3.0;
 
 /// All priors of a layout in one sum. With W the rows that make them observations of unit variance,
 /// C the covariance of the corrections and K = W C W':
 ///     v'Pv = |W (c - c0)|^2,   redundancy = tr(I - K),   unsure = tr(K - K^2)
-/// Looks and control, n observations and u unknowns, have the redundancy n - u + tr(K); were the
-/// priors exact, tr(Q_vv^2) = n - u + tr(K^2) of it would be left.
+/// Looks and control, n observations and u unknowns, have the redundancy n - u + tr(K); if the
+/// priors were exact, tr(Q_vv^2) = n - u + tr(K^2) of it would remain.
 struct PriorSums {
   bool known = false;  ///< all corrections with a prior have a covariance
   double square_sum = 0.0, redundancy = 0.0, unsure = 0.0;
@@ -91,7 +92,8 @@ struct PriorSums {
                                   const Eigen::VectorXd& corrections,
                                   const std::vector<ParameterCovariance>& covariance);
 
-/// v'Pv of all observations of a problem, and what good looks that were left out took with them.
+/// v'Pv of all observations of a problem, and the part that was removed with good looks that were
+/// left out.
 struct SquareSum {
   double kept = kNotGiven;
   double left_out = 0.0;
@@ -108,16 +110,17 @@ struct SquareSum {
 /// Whether v'Pv of all priors is no larger than chance allows at the level of one test.
 [[nodiscard]] bool PriorsHold(const PriorSums& priors, double test_level);
 
-/// Ranges, azimuths, control, priors and all observations, those that there are; `result` has its
-/// quality figures. Without them, or without the redundancy of priors, only what is known.
+/// Those of the groups ranges, azimuths, control, priors and all observations that exist; `result`
+/// has its quality figures. Without these, or without the redundancy of priors, only the groups
+/// that are known.
 [[nodiscard]] std::vector<ObservationGroup> ListGroups(const AdjustmentProblem& problem,
                                                        const PriorSums& priors,
                                                        const SquareSum& square_sum,
                                                        double test_level,
                                                        const AdjustResult& result);
 
-/// What contradicts priors: kinds of corrections whose priors are too tight as a group, and by
-/// which factor, or single ones. Each empty where there is nothing to say.
+/// Contradicted priors: kinds of corrections whose priors are too tight as a group, and by which
+/// factor, or single ones. Each text is empty where there are none.
 struct PriorFindings {
   std::string reason;  ///< against `accepted`
   /// Names single priors that bend their corrections by less than one standard deviation.
@@ -127,9 +130,9 @@ struct PriorFindings {
 
 /// How the warning of EmptyPriors() begins.
 inline constexpr const char* kWidePriors = "priors far wider than what came out say nothing";
-/// Kinds of corrections whose priors are more than ten times wider than what came out, and at most
-/// how much narrower the standard deviations of points would be without that; empty where it is
-/// less than `kSigmaThatMatters`.
+/// Kinds of corrections whose priors are more than ten times wider than the corrections found, and
+/// by how much the standard deviations of points would shrink at most with suitable priors; empty
+/// where that is less than `kSigmaThatMatters`.
 [[nodiscard]] std::string EmptyPriors(const AdjustResult& result);
 
 }  // namespace sarblock

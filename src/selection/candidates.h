@@ -57,13 +57,13 @@ struct Candidates {
                                         const AdjustOptions& options,
                                         const std::vector<std::size_t>& spline_groups);
 
-/// Corrections that are in the model with a prior alone: by term and level - 1 the standard
-/// deviation of the prior in SI units, NaN where it is not in it so. The levels of a term that are
-/// held follow the one that is kept.
+/// Corrections that are in the model only with a prior ("held"): by term and level - 1 the standard
+/// deviation of the prior in SI units, NaN for others. The held levels of a term follow the kept
+/// one.
 using HeldSigmas = std::vector<std::vector<double>>;
 
 /// Correction groups of a model: a level and, for a process, the variance of its prior by term, and
-/// what is held beyond.
+/// the levels held beyond.
 [[nodiscard]] std::vector<CorrectionGroup> GroupsOf(const Block& block,
                                                     const Candidates& candidates,
                                                     const std::vector<std::size_t>& levels,

@@ -10,7 +10,7 @@
 
 namespace sarblock {
 
-/// Residuals this much smaller than their standard deviations are exact: what is left of their
+/// Residuals this much smaller than their standard deviations count as exact: the rest of their
 /// square sum is rounding.
 inline constexpr double kMinVariance = 1e-10;
 
@@ -83,8 +83,8 @@ class QuadraticModel {
   /// nothing of a set.
   [[nodiscard]] std::vector<double> MostLikelyVariances(
       const std::vector<std::vector<int>>& sets) const;
-  /// Part of what the observations say of columns that the active ones leave to them: 0 where
-  /// these say the same, 1 where they say nothing of it.
+  /// Part of the information of the observations on columns that remains beside the active ones: 0
+  /// where these explain all of it, 1 where they explain none.
   [[nodiscard]] double PartLeft(const std::vector<int>& columns) const;
   /// Gives columns a prior of this variance in place of what they have, infinite: none. Reset()
   /// where they are active.

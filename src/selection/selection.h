@@ -12,7 +12,7 @@
 
 namespace sarblock {
 
-/// What a caller wants of the problem and its state at the last solution, before they go.
+/// Called with the problem and its state at the last solution, before they are destroyed.
 using AtSelection =
     std::function<void(const AdjustmentProblem&, const BlockState&, SelectionReport*)>;
 

@@ -43,10 +43,10 @@ inline constexpr std::array<const char*, kSimplificationKinds> kSimplificationNa
 [[nodiscard]] std::vector<SimplificationBound> BoundSimplifications(
     const AdjustmentProblem& problem, const BlockState& state, double limit);
 
-/// Which of the allowed ones a model is worth taking: those that save at least kMinGain of the
-/// evaluation by LookModel::WorkOf (counts, so that a block has the same result on every machine),
-/// the most first, while the sum of their parts stays within the limit. Fills gain, `taken` and
-/// verdict of `bounds`; the gains are measured.
+/// Chooses among the allowed simplifications those that are worth taking: those that save at least
+/// kMinGain of the evaluation by LookModel::WorkOf (counts, so that a block has the same result on
+/// every machine), the most first, while the sum of their parts stays within the limit. Fills gain,
+/// `taken` and verdict of `bounds`; the gains are measured.
 inline constexpr double kMinGain = 0.05;
 [[nodiscard]] Simplified ChooseSimplified(const AdjustmentProblem& problem,
                                           const BlockState& state,

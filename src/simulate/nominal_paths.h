@@ -15,7 +15,7 @@
 
 namespace sarblock {
 
-/// A pass as planned, with what deciding visibility needs.
+/// A pass as planned, with the data that decide visibility.
 struct NominalPass {
   Pass pass;
   double reach_m = 0.0;  ///< no point of the strip is farther from the middle of the path
@@ -73,7 +73,7 @@ class Visibility {
   };
 
   [[nodiscard]] Cell CellOf(const Eigen::Vector3d& p_m) const;
-  /// What can be said without solving for the time of the look.
+  /// The loss, if it can be decided without solving for the time of the look.
   [[nodiscard]] std::optional<LookLoss> FindPlainLoss(const Reach& reach,
                                                       const Eigen::Vector3d& p_m) const;
 

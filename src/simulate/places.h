@@ -33,9 +33,9 @@ struct Ground {
 ///                  pixel.
 ///
 /// A slope that faces away more steeply than the grazing angle is in shadow, one that faces the
-/// antenna more steeply than the incidence angle in layover. A part of the ground that is in shadow
-/// itself counts all the same as the other part of a layover, as it does in maps of layover made
-/// from range alone (Kropatsch and Strobl 1990, IEEE Trans. GRS 28(1)).
+/// antenna more steeply than the incidence angle in layover. Ground that is in shadow itself still
+/// counts as the other part of a layover, as in maps of layover made from range alone (Kropatsch
+/// and Strobl 1990, IEEE Trans. GRS 28(1)).
 ///
 /// Line and circle are followed in steps that a slope of `steepest` cannot leave unseen, or of
 /// an eighth of detail_m; a least clearance between steps is refined by Brent's method to 1e-3 of a

@@ -91,8 +91,8 @@ struct ImageSigma {
                                       const ImageView& view,
                                       const ImageView& other);
 
-/// What the passes of a scene carry for looks that give no standard deviations: of a scene's images
-/// those of level ground at snr_incidence_rad, matched with an image that sees it alike.
+/// Standard deviations of the passes of a scene, for looks that give none: if the scene has images,
+/// those for level ground at snr_incidence_rad, matched with an image that sees it alike.
 [[nodiscard]] LookSigma SigmaOfPass(const SceneLooks& looks);
 
 }  // namespace sarblock
