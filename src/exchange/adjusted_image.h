@@ -18,8 +18,8 @@
 
 namespace sarblock {
 
-/// What one time contributes to a fit: the antenna by the q parameters of a format (`by_format`)
-/// and by the n corrections of a result (`by_result`), as many rows each.
+/// Contribution of one time to a fit: derivatives of the antenna by the q parameters of a format
+/// (`by_format`) and by the n corrections of a result (`by_result`), as many rows each.
 struct FitTime {
   Eigen::MatrixXd by_format, by_result;
 };
@@ -44,8 +44,8 @@ struct FitTime {
 /// unit of the parameter.
 using AntennaInfluence = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
-/// One pass of a result beside the path that its image gave: what the corrections made of the
-/// antenna and how well they are known.
+/// One pass of a result and the path that its image gave: the corrected antenna and the covariance
+/// of its corrections.
 ///
 /// At the measured time t the antenna is where the corrected path is read, at t + b_t with the time
 /// bias b_t (docs/theory/flight_path.md). Holds a reference to the result.
@@ -59,7 +59,8 @@ class AdjustedAntenna {
                   const FlightPath& image_path,
                   const std::string& file);
 
-  /// Paths of one image differ by less, however the states were read; those of others by much more.
+  /// Paths of the same image differ by less, however the states were read; paths of other images by
+  /// much more.
   static constexpr double kOther_m = 10.0;
 
   [[nodiscard]] const files::ResultPass& pass() const { return result_.passes[pass_]; }
@@ -127,7 +128,7 @@ struct PassImage {
   std::string file;
 };
 
-/// What is said of one image's file.
+/// Notes on one image's file.
 struct ImageNotes {
   std::vector<std::string> not_carried;  ///< with its size where it has one
   std::vector<std::string> warnings;

@@ -64,7 +64,8 @@ struct ExportReport {
   std::size_t ellipses = 0;         ///< as polygons
   std::size_t paths = 0;
   std::vector<std::string> warnings;
-  /// What the result holds and the files do not, a phrase each, with its size where it has one.
+  /// Content of the result that the files do not carry, a phrase each, with its size where it has
+  /// one.
   std::vector<std::string> not_carried;
 };
 
@@ -72,9 +73,9 @@ struct ExportReport {
 /// Files appear whole or not at all. Points that are not solved are left out. Covariances are those
 /// of the result's tables. The same result and options give the same bytes.
 ///
-/// The report lists what the format leaves out. Throws InputError for what it cannot go without (a
-/// local frame, no epoch in UTC, too many points, no image) and for options that make no sense,
-/// before anything is written.
+/// The report lists what the format leaves out. Throws InputError where the format cannot represent
+/// the result or lacks something (a local frame, no epoch in UTC, too many points, no image) and
+/// for options that make no sense, before anything is written.
 ExportReport ExportResult(const files::ResultFile& result,
                           ExportFormat format,
                           const std::filesystem::path& out,

@@ -29,7 +29,7 @@ struct SicdAdjustment {
 
 struct AdjustedSicd {
   std::string text;
-  bool raised = false;  ///< the version was one before 1.4.0, which knows no offsets
+  bool raised = false;  ///< the version was before 1.4.0, which has no offsets
 };
 
 /// The XML of a SICD image, given alone or in a NITF file, with AdjustableParameterOffsets as the

@@ -51,7 +51,7 @@ void ReadLooks(BlockReading* reading);
 /// Finds passes or points by the ids in cells of one column.
 class IdFinder {
  public:
-  /// `noun` is "pass" or "point", `holder` where those are that `ids` has, for messages.
+  /// For messages: `noun` is "pass" or "point", `holder` is the file that `ids` come from.
   IdFinder(const char* noun, const IdTable& ids, const char* holder)
       : noun_(noun), ids_(ids), holder_(holder) {}
   /// The index of the id; refuses one that is not there, giving the nearest.
@@ -125,12 +125,12 @@ SceneTrajectoryError ReadTrajectoryError(SceneTable& table, const std::filesyste
 /// The same as a table of TOML with a header of that name; nothing where there are no models.
 [[nodiscard]] std::string ReductionText(const ReductionModels& models, std::string_view name);
 
-/// Sentences on passes whose looks say to take off what no product holds: delays in another unit or
-/// of the wrong sign.
+/// Sentences on passes with reductions that no product needs: delays in another unit or of the
+/// wrong sign.
 [[nodiscard]] std::vector<std::string> DoubtsOfReductions(const Block& block);
 
-/// Throws InputError for models that the block's passes cannot have (FindProblem()); `places` of
-/// the passes.
+/// Throws InputError for models that the block's passes cannot have (FindProblem()); `places`:
+/// where the passes are in the file.
 void RequireReductions(const Block& block, const std::vector<FilePlace>& places);
 
 /// Calls write(look, point) for the looks [begin, end) in their order.
@@ -143,8 +143,8 @@ void ForLooks(const Looks& looks, std::size_t begin, std::size_t end, const Writ
   }
 }
 
-/// Writes flight paths, one per pass, with the columns of trajectories.csv. `adjusted` by pass:
-/// what that column says; empty: they are no adjusted ones.
+/// Writes flight paths, one per pass, with the columns of trajectories.csv. `adjusted`: text of
+/// that column by pass; empty: the paths are not adjusted ones.
 void WritePaths(TableSink* sink,
                 std::string_view name,
                 const IdTable& pass_ids,
@@ -153,10 +153,10 @@ void WritePaths(TableSink* sink,
 /// Whether a group corrects a pass.
 [[nodiscard]] bool IsOf(const CorrectionGroup& group, const std::string& pass);
 
-/// What the column `adjusted` says where the states hold all corrections.
+/// Text of the column `adjusted` where the states contain all corrections.
 inline constexpr const char* kAllAdjusted = "all";
 
-/// What BlockIds takes.
+/// Ids of the passes, for BlockIds.
 [[nodiscard]] IdTable PassIds(const Block& block);
 
 /// The paths as the block gives them.

@@ -19,10 +19,11 @@ struct ConversionReport {
 };
 
 /// Writes the tables of a block or a result, a folder or an HDF5 file (docs/container.md), as the
-/// other kind: HDF5 where the name of `to` ends in ".h5". Tables that sarblock wrote come back as
-/// the same bytes; of others the values do, columns in the order of docs/formats.md and those of
-/// other names, taken as text, after them. Numbers, counts and flags are checked as by ReadBlock();
-/// what they mean together is not. Throws InputError with the place of what is wrong.
+/// other kind: HDF5 where the name of `to` ends in ".h5". Tables that sarblock wrote are restored
+/// byte by byte when converted back; other tables keep their values, columns in the order of
+/// docs/formats.md, followed by unknown columns, taken as text. Numbers, counts and flags are
+/// checked one by one as by ReadBlock(), but not against each other. Throws InputError with the
+/// place of what is wrong.
 ConversionReport Convert(const std::filesystem::path& from,
                          const std::filesystem::path& to,
                          Compression compression = Compression::kNone,

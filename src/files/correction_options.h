@@ -34,7 +34,7 @@ std::vector<std::string> KeysWithin(std::span<const AdjustOption> options, std::
 /// The keys of an `[adjust.prior.NAME]` table, in the order of the manual.
 std::span<const AdjustOption> PriorOptions();
 
-/// The tables of `[adjust.prior]` by name, without looking at what they speak of.
+/// The tables of `[adjust.prior]` by name, without a check against passes and corrections.
 std::vector<JointPrior> ReadPriors(const TomlTable& priors);
 
 /// Refuses priors that do not fit their passes and correction groups (BindJointPriors), at the
@@ -54,7 +54,7 @@ AdjustTable ReadAdjust(const TomlTable& block_toml, const std::vector<std::strin
 std::string NameOfChoice(std::string_view key, const AdjustTable& options);
 
 /// The correction groups that a result was made with, given or chosen, from the configuration in
-/// its summary; none of `intersect`. Throws InputError where the configuration is not one that
+/// its summary; none for `intersect`. Throws InputError where the configuration is not one that
 /// `adjust` writes.
 [[nodiscard]] std::vector<CorrectionGroup> CorrectionsOf(const ResultFile& result);
 

@@ -25,7 +25,7 @@ struct ResultView {
   const AdjustResult& result;
 };
 
-/// A figure that a table has as the result has it, angles in degrees: one list for both ways.
+/// A figure of a result in a table, angles in degrees: one list for writing and reading.
 template <typename Of, typename Member>
 struct TableFigure {
   std::size_t column;

@@ -96,15 +96,15 @@ struct PixelOffset {
   double sample_sigma_px = kNotGiven;
 };
 
-/// What a measured range and time hold beyond geometry (Looks::range_delay_m).
+/// Delays contained in a measured range and time (Looks::range_delay_m).
 struct LookDelay {
   double range_m = 0.0, time_s = 0.0;
 };
 /// The delay at a time and range of an image, both as measured.
 using DelayOfPlace = std::function<LookDelay(const RadarCoordinates& measured)>;
 
-/// When and at what range the path of a pass as given sees a place; nothing where it does not at
-/// zero Doppler.
+/// Time and range at which the given path of a pass sees a place at zero Doppler; nothing where it
+/// does not.
 [[nodiscard]] std::optional<RadarCoordinates> SeenBy(const Pass& pass, const Eigen::Vector3d& p_m);
 /// Where that lies in the image of the pass.
 [[nodiscard]] std::optional<ImageCoordinates> PlaceInImage(const Pass& pass,
@@ -165,16 +165,17 @@ struct ImagePass {
   std::size_t lines = 0, samples = 0;             ///< of the raster; 0: not known
   /// First and last sample of each line that belong to the image; empty: all.
   std::vector<std::array<int, 2>> valid_samples{};
-  const char* counting = "";  ///< what a refusal of places outside adds: who counts otherwise
+  const char* counting = "";  ///< added to the message on places outside: which images count
+                              ///< otherwise
   std::string orbit_file{};   ///< that the path was taken from; empty: the image's own
   RasterAxes axes = RasterAxes::kAzimuthDown;
-  DelayOfPlace delay{};  ///< what its looks hold beyond geometry, as the product states; empty: 0
-  /// What the image itself says of its looks, in metres at the target.
+  DelayOfPlace delay{};  ///< delays in its looks, as the product states; empty: 0
+  /// Standard deviations of its looks that the image itself gives, in metres at the target.
   std::optional<double> range_sigma_m{}, azimuth_sigma_m{};
   std::optional<RadarCoordinates> middle{};  ///< a place about the middle of the image
   /// In place of pass.image; lines are rows, samples are columns.
   std::optional<ApertureImage> aperture{};
-  /// What times and ranges of Sentinel-1 hold by place; null: it stays in them.
+  /// Delays of Sentinel-1 in times and ranges by place; null: they are not subtracted.
   std::shared_ptr<const Sentinel1Timing> timing{};
 };
 
@@ -193,7 +194,7 @@ inline constexpr double kSameRadius = 1e-3;
                                          const std::array<bool, 3>& fixed,
                                          double sigma_m);
 
-/// What is known of a look by its place in the image.
+/// Delays of a look that follow from its place in the image.
 struct PlaceDelay {
   Sentinel1Delay timing;
   double troposphere_m = 0.0;  ///< of the model of its pass, at the ground then known
@@ -205,12 +206,12 @@ struct NewLook {
   double time_s = 0.0, range_m = 0.0;
   double doppler_hz = kNotGiven;                                ///< measured; NaN: zero Doppler
   double range_sigma_m = kNotGiven, azimuth_sigma = kNotGiven;  ///< NaN: those of the pass
-  /// What `range_m` and `time_s` hold beyond geometry (Looks::range_delay_m), still in them here.
+  /// Delays contained in `range_m` and `time_s` (Looks::range_delay_m), not yet subtracted here.
   double range_delay_m = 0.0, time_shift_s = 0.0;
   std::optional<PlaceDelay> by_place{};  ///< of SetDelays(), whose sum is in the two above
 };
 
-/// Smallest, largest and mean value of something that looks hold beyond geometry.
+/// Smallest, largest and mean value of one kind of delay in looks.
 struct DelaySize {
   std::size_t looks = 0;
   double least = 0.0, largest = 0.0, sum = 0.0;
@@ -242,13 +243,13 @@ class BlockBuilder {
   /// Makes the point control or check.
   void SetKnown(PointRole role, const KnownPosition& known);
   void AddLook(const NewLook& look);
-  /// Sets what a look of a place in the raster of its pass holds beyond geometry, by the ground
-  /// that it shows: `p_m`, else that of the geolocation grid. Its time may be one that the product
-  /// gives the place instead of the raster's.
+  /// Sets the delays of a look at a place in the raster of its pass, for the ground that it shows:
+  /// `p_m`, else that of the geolocation grid. Its time may be one that the product gives for the
+  /// place instead of the raster's.
   void SetDelays(const ImageCoordinates& place,
                  const std::optional<Eigen::Vector3d>& p_m,
                  NewLook* look);
-  /// Time and range of a look without what it holds at p_m, the models of its pass included.
+  /// Time and range of a look without its delays at p_m, those by the models of its pass included.
   [[nodiscard]] RadarCoordinates GeometricOf(const NewLook& look, const Eigen::Vector3d& p_m);
   /// Adds the looks of matched points, which are new tie points where no point has their name.
   void AddMatches(const MatchedPoints& matches);
@@ -340,7 +341,7 @@ struct ImportOptions {
   PointRole reflector_role = PointRole::kControl;  ///< control or check
   std::optional<double> reflector_sigma_m;  ///< of their positions, each axis; needed for control
 
-  /// Takes what ranges and times are known to hold beyond geometry off them.
+  /// Subtracts the known delays from ranges and times.
   bool reduce = true;
   /// Prior of the path of a flight with several images, each axis; left out: kPathSigma_m, of an
   /// on-board orbit kOnBoardSigma_m.
@@ -349,7 +350,7 @@ struct ImportOptions {
   static constexpr double kPathSigma_m = 0.1, kOnBoardSigma_m = 1.0;
 };
 
-/// Which ground range polynomial holds at a time between two that are given.
+/// Which ground range polynomial is valid at a time between two that are given.
 enum class RangePolynomialTimes : std::uint8_t {
   kGiven,    ///< linear between their own times, as ISIS reads them
   kUsgscsm,  ///< Lagrange's of up to eight at even times that USGSCSM gives them: N polynomials
@@ -367,7 +368,7 @@ struct SerialOfImage {
 struct NetworkImportOptions {
   std::string name = "import";         ///< of the block
   std::vector<std::string> pass_ids;   ///< one per image; empty: the files' names without endings
-  std::vector<SerialOfImage> serials;  ///< go before what files say
+  std::vector<SerialOfImage> serials;  ///< take precedence over the files
   /// Line and sample of the centre of the first pixel in the network's numbers: 1 of ISIS, 0.5 of
   /// CSM.
   std::array<double, 2> pixel_origin_px{1.0, 1.0};
@@ -382,7 +383,7 @@ struct NetworkImportOptions {
   std::optional<MatchedPoints> points;  ///< more looks, beside those of the network
 };
 
-/// What became of one image.
+/// Result for one image.
 struct ImportedImage {
   std::string file, pass, serial;
   std::size_t looks = 0, rejected = 0;

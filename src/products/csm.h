@@ -20,7 +20,7 @@ namespace sarblock {
 [[nodiscard]] double FiniteNumber(const JsonValue& value);
 [[nodiscard]] double PositiveNumber(const JsonValue& value);
 [[nodiscard]] std::vector<double> FiniteNumbers(const JsonValue& list);
-/// Refuses another number of numbers.
+/// Refuses a list of another length.
 [[nodiscard]] std::vector<double> FiniteNumbers(const JsonValue& list, std::size_t count);
 /// Three numbers.
 [[nodiscard]] Eigen::Vector3d FiniteVector(const JsonValue& list);
@@ -35,7 +35,7 @@ struct CsmStateTimes {
   [[nodiscard]] double At(std::size_t k) const { return first_s + static_cast<double>(k) * step_s; }
 };
 
-/// What an ISD or a model state of USGSCSM's SAR model says, as much as a model state needs.
+/// Content of an ISD or a model state of USGSCSM's SAR model, as far as a model state needs it.
 struct CsmModel {
   RadarImage image;
   /// Times of the states: a model state's own; for an ISD those of its states, evenly spaced as
@@ -95,11 +95,12 @@ void RequireCsmModel(const JsonValue& name);
 /// The same of a text in memory; `file` is for messages.
 [[nodiscard]] RadarImage ParseCsmIsd(std::string_view text, const std::string& file);
 
-/// Polynomials at close times, linear between which is what USGSCSM computes of these between
-/// `start_s` and `end_s`: it takes N polynomials as if they were `span / N` apart from the time of
-/// the first one and interpolates their coefficients with Lagrange's polynomial of up to eight
-/// (usgscsm/src/UsgsAstroSarSensorModel.cpp, getRangeCoefficients; Utilities.cpp, lagrangeInterp).
-/// 32 polynomials per interval: within 1 mm of it for coefficients as uneven as those of LRO.
+/// Polynomials at close times; linear interpolation between them gives what USGSCSM computes from
+/// the given ones between `start_s` and `end_s`. USGSCSM spaces N polynomials by `span / N` from
+/// the time of the first one and interpolates their coefficients with Lagrange's polynomial of up
+/// to eight (usgscsm/src/UsgsAstroSarSensorModel.cpp, getRangeCoefficients; Utilities.cpp,
+/// lagrangeInterp). 32 polynomials per interval: within 1 mm of it for coefficients as uneven as
+/// those of LRO.
 [[nodiscard]] std::vector<GroundRangePolynomial> AsUsgscsmReads(
     const std::vector<GroundRangePolynomial>& given, double start_s, double end_s);
 
@@ -108,9 +109,9 @@ void RequireCsmModel(const JsonValue& name);
 [[nodiscard]] std::vector<double> AsUsgscsmInterpolates(
     const std::vector<std::vector<double>>& rows, double place);
 
-/// The reverse of AsUsgscsmReads(): polynomials that USGSCSM reads, from `start_s` to `end_s`, as
-/// the given ones are at their own times, linear between these; a reader that takes them at their
-/// times gets the same. They are close together, four beyond both ends.
+/// The reverse of AsUsgscsmReads(): polynomials from which USGSCSM computes, between `start_s` and
+/// `end_s`, the given ones at their own times, linear in between; a reader that uses them at their
+/// own times gets the same. They are close together, four beyond both ends.
 [[nodiscard]] std::vector<GroundRangePolynomial> ForUsgscsm(
     const std::vector<GroundRangePolynomial>& given, double start_s, double end_s);
 

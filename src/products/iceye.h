@@ -43,7 +43,7 @@ struct IceyeProduct : ZeroDopplerImage {
   std::string satellite;        ///< ICEYE-X7
   std::string orbit_level;      ///< precise, predicted, ...
   double scene_height_m = 0.0;  ///< average
-  /// Delay of the troposphere that the processor took off the ranges; 0: it took none off.
+  /// Delay of the troposphere that the processor subtracted from the ranges; 0: none.
   double troposphere_m = 0.0;
   std::vector<IceyePlace> places;  ///< four corners and the centre
   std::optional<RationalPolynomials> rpc;

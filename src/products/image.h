@@ -129,7 +129,7 @@ struct FaultyRow {
 /// `FILE:LINE: geolocationGrid line 13652 (row 10): ...`, one line of text.
 [[nodiscard]] std::string Describe(const FaultyRow& row);
 
-/// What a geolocation grid says of one place: seen at this time and range.
+/// One place of a geolocation grid, with the time and range at which it is seen.
 struct GridPoint {
   double time_s = 0.0;
   double range_m = 0.0;

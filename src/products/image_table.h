@@ -30,8 +30,8 @@ struct GeolocationGridPoint {
   std::size_t file_line = 0;   ///< of its element
 };
 
-/// Whether what makes no sense in a part of a file refuses the file, or is left out and counted in
-/// its warnings: parts that become no part of a block are compared with it only.
+/// Whether invalid values in a part of a file cause a refusal (kUsed), or are left out and counted
+/// in the warnings (kCompared): parts that do not become part of a block are only compared with it.
 enum class PartUse : std::uint8_t { kUsed, kCompared };
 
 /// First and last sample of a line that are part of the image.
@@ -72,7 +72,7 @@ struct Sentinel1Use {
                                               const std::string& file,
                                               const Sentinel1Use& use = {});
 
-/// Holds the raster against the grid: throws InputError where a grid point lies more than a line or
+/// Compares the raster with the grid: throws InputError where a grid point lies more than a line or
 /// a sample from where the raster has its time and range. `trusted` are those whose time and
 /// position agree with the orbit. Annotations agree within 0.2 lines and 4 mm.
 void RequireRasterOfGrid(const Sentinel1Product& product, const std::vector<bool>& trusted);
@@ -143,7 +143,7 @@ struct NisarProduct : ZeroDopplerImage {
                                                OrbitThrough through,
                                                const ImportOptions& options,
                                                std::vector<std::string>* warnings);
-/// What times and ranges of its image hold; `pass` is that of PassOfSentinel1() with its side and
+/// Delays in times and ranges of its image; `pass` is that of PassOfSentinel1() with its side and
 /// `heights_m` are those of its grid points.
 [[nodiscard]] Sentinel1Timing TimingOfSentinel1(const Sentinel1Product& product,
                                                 const Pass& pass,

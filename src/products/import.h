@@ -92,9 +92,9 @@ struct ImportedBlock {
 /// kinds). The paths of Sentinel-1 products are their own states or, where
 /// `orbits` are given, those of the file that covers the product with margin.
 ///
-/// Looks hold what is known to be in their times and ranges beyond geometry
-/// (ImportOptions::reduce); grid points are moved to where their looks without it see the ground of
-/// their height.
+/// Known delays are subtracted from times and ranges of looks and stored with them
+/// (ImportOptions::reduce); grid points are moved to where their looks, without delays, see the
+/// ground of their height.
 ///
 /// A grid point is compared with the orbit: e_r = |p - s(t)| - R, e_d = v.(p - s)/|v|. Beyond
 /// max_misfit_m in either it is faulty. Where grid points become points, each has one look, its
@@ -104,7 +104,7 @@ struct ImportedBlock {
 ///
 /// Images of one flight (sub-swaths, polarisations, slices) get one shared position correction. A
 /// pixel of one image that is measured in several polarisations counts once: later looks are
-/// rejected. A product that no orbit file covers keeps its own states if the files are all of other
+/// rejected. A product that no orbit file covers keeps its own states if all files belong to other
 /// images.
 ///
 /// Reflectors in the images become points if `points` measures them, or all of them if there is no

@@ -35,7 +35,7 @@ struct Sentinel1Polynomial {
   [[nodiscard]] double At(double two_way_s) const;
 };
 
-/// Lines and pixels of an image of merged sub-swaths that are of one of them, first and last.
+/// First and last line and pixel of one sub-swath in an image of merged sub-swaths.
 struct Sentinel1Part {
   std::string swath;
   std::array<int, 2> lines{}, pixels{};
@@ -64,7 +64,7 @@ struct Sentinel1Radar {
 /// Reads it; `root` is the element `product`.
 [[nodiscard]] Sentinel1Radar ReadSentinel1Radar(const XmlElement& root);
 
-/// What time and range of a place hold beyond geometry: measured minus geometric.
+/// Delays in time and range of a place: measured minus geometric.
 struct Sentinel1Delay {
   double bistatic_s = 0.0;      ///< the whole residual
   double fm_rate_s = 0.0;       ///< by focusing with the rate of another height

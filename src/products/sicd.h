@@ -37,7 +37,7 @@ struct SicdErrorStatistics {
   std::optional<PositionAndVelocity> path;
   std::optional<double> range_bias_m;
   std::optional<double> zenith_delay_m;  ///< TropoRangeVertical
-  /// Unmodeled: what is left of rows and columns, in metres of range and azimuth at the target.
+  /// Unmodeled: remaining errors of rows and columns, in metres of range and azimuth at the target.
   std::optional<double> row_sigma_m, column_sigma_m;
   std::vector<std::string> not_used;  ///< elements of the file that are not used
 };

@@ -15,7 +15,8 @@
 namespace sarblock {
 namespace {
 
-// Seconds from one line or sample to the next, held against those of the first and the last one.
+// Seconds from one line or sample to the next, compared with the times of the first and the last
+// one.
 double ReadSpacing_s(const XmlElement& element, double span_s, std::size_t count) {
   const double spacing_s = element.Positive();
   if (element.AttributeText("units") != "s") {

@@ -14,7 +14,7 @@
 
 namespace sarblock {
 
-/// One term of what annotated times hold beyond geometry, by the two-way range time tau:
+/// One term of the delays in annotated times, as a polynomial of the two-way range time tau:
 ///
 ///     sum_k c_k (tau - tau_0)^k  [s]
 struct RangeTimePolynomial {
@@ -68,9 +68,9 @@ struct TerraSarXProduct : ZeroDopplerImage {
 ///     p = (N cos phi cos lambda, N cos phi sin lambda, N (1 - e^2) sin phi),
 ///     N = (a + h) / sqrt(1 - e^2 sin^2 phi),  1 - e^2 = (b + h)^2 / (a + h)^2
 ///
-/// found on a grid that agrees with its orbit to 1 um then and to 2 mm with heights above the
-/// ellipsoid (docs/import_terrasarx.md). Throws InputError likewise, and for a grid whose rows and
-/// columns have other times than the image: that of another product.
+/// found on a grid, which agrees with its orbit to 1 um in this way, but only to 2 mm with heights
+/// above the ellipsoid (docs/import_terrasarx.md). Throws InputError likewise, and for a grid whose
+/// rows and columns have other times than the image: that of another product.
 void AddGeoref(std::string_view text, const std::string& file, TerraSarXProduct* product);
 
 /// Its image as a pass; its id is such as TSX-1_SM_20080310T133220. The path goes through the

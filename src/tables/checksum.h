@@ -29,9 +29,10 @@ class Sha256 {
 [[nodiscard]] std::string Sha256Of(const std::filesystem::path& file);
 
 /// Notes the checksums of all files of a folder in its hidden file `.sarblock-written`, as
-/// `sha256sum -c` reads them, so that it can be told later whether somebody changed them by hand.
+/// `sha256sum -c` reads them, so that later changes by hand can be detected.
 void NoteWritten(const std::filesystem::path& folder);
-/// A file that is not what was noted, or is gone; empty: there is none, or nothing was noted.
+/// Name of a file that differs from what was noted, or is missing; empty: there is none, or nothing
+/// was noted.
 [[nodiscard]] std::string ChangedSinceWritten(const std::filesystem::path& folder);
 
 }  // namespace sarblock

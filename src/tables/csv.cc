@@ -80,7 +80,7 @@ class GzipFile final : public TableBytes {
     while (stream_.avail_out > 0 && problem_.empty() && GoOn(&problem_)) {
     }
     const std::size_t got = wanted - stream_.avail_out;
-    if (got == 0) *problem = problem_;  // told behind the last rows that are whole
+    if (got == 0) *problem = problem_;  // reported after the last complete rows
     return got;
   }
 

@@ -24,8 +24,7 @@ namespace sarblock {
 /// Everything that is wrong throws InputError with file, line and column; at once a file that
 /// cannot be opened, a required column that is missing and a known one that is there twice.
 ///
-/// Where `sha256` is given, the text must have this checksum: who reads the last row is told if it
-/// has not.
+/// Where `sha256` is given, the text must have this checksum; if not, reading the last row throws.
 [[nodiscard]] std::unique_ptr<TableReader> ReadCsv(const std::filesystem::path& file,
                                                    Schema schema,
                                                    const std::string& sha256 = {});

@@ -101,14 +101,15 @@ class QuietHdf5 {
   return names;
 }
 
-/// libhdf5 serves one thread at a time: to be held where others may call it meanwhile.
+/// libhdf5 serves one thread at a time: hold this mutex where other threads may call it.
 [[nodiscard]] std::mutex& Hdf5Mutex();
 
 /// Whether every file is walked through in a process of its own (hdf5_walk.cc) before it is opened;
 /// true at first. The walk reads every group, attribute and dataset, of large datasets the first
-/// and the last values. libhdf5 does not bear bytes that a disk or a line has changed everywhere:
-/// it reads beyond its memory, frees what it has not, or never ends. What it bears there, it bears
-/// here. What the walk cannot open is no error: it is named when it is needed.
+/// and the last values. At some places libhdf5 does not survive bytes that a disk or a line has
+/// changed: it reads beyond its memory, frees memory that it does not have, or never ends. What it
+/// survives in the walk it survives here. An object that the walk cannot open is no error; it is
+/// reported when it is needed.
 ///
 /// Callers may have threads that hold locks of any library. So nothing is forked: the program of
 /// the walk is a part of this library, started by posix_spawn().
@@ -164,7 +165,7 @@ struct StoredDataset {
   std::vector<std::uint64_t> size;  ///< one number a dimension; none: a scalar
   std::uint64_t count = 0;          ///< values, the product of these
   bool whole = true;                ///< all values are in the file
-  bool none = false;                ///< none of them does
+  bool none = false;                ///< no value is in the file
   /// Values per chunk of a dataset of one dimension whose chunks hold nothing but values of
   /// `own_type`; otherwise 0.
   std::uint64_t chunk_values = 0;
@@ -180,7 +181,7 @@ struct StoredDataset {
                                        const std::string& path,
                                        int rank);
 
-/// What is found of the rows of a column.
+/// Outcome of reading rows of a column.
 enum class StoredRows : std::uint8_t {
   kRead,
   kNone,    ///< numbers of a column without values; nothing is read
@@ -218,7 +219,7 @@ class Hdf5Values {
   ~Hdf5Values();
 
   [[nodiscard]] const std::string& file() const;
-  /// Whether there is a group or dataset.
+  /// Whether the file has a group or dataset at this path.
   [[nodiscard]] bool Has(const std::string& path) const;
   /// One text, of fixed or variable length.
   [[nodiscard]] std::string Text(const std::string& path) const;
@@ -236,10 +237,10 @@ class Hdf5Values {
   std::unique_ptr<OpenedHdf5> opened_;
 };
 
-/// A file that libhdf5 writes through a driver of ours, which never tells it of a write that
-/// failed: libhdf5 does not bear that it cannot write what it still holds, and crashes as the file
-/// is closed or the process ends. What the disk did not take is kept here for reading back until
-/// the file is closed; whoever writes asks error() and gives up.
+/// A file that libhdf5 writes through our own driver, which never reports a failed write to it: if
+/// libhdf5 cannot write what it still holds, it crashes when the file is closed or the process
+/// ends. Bytes that the disk did not accept are kept here for reading back until the file is
+/// closed; callers check error() and stop.
 class FailingSafely {
  public:
   FailingSafely();

@@ -53,7 +53,7 @@ class Walk {
   void Open(hid_t parent, const std::string& name, int depth) {
     const Hdf5Id object(H5Oopen(parent, name.c_str(), H5P_DEFAULT), H5Oclose);
     if (!object.valid() || depth > kMaxDepth || ++opened_ > kMaxOpened) return;
-    H5O_info_t info;  // what cannot be told of an object keeps no one from reading it
+    H5O_info_t info;  // an object without this information is read all the same
     if (H5Oget_info(object.get(), &info) >= 0 && !seen_.insert(info.addr).second) return;
     ReadAttributes(object.get());
     const H5I_type_t kind = H5Iget_type(object.get());
@@ -191,7 +191,8 @@ int main(int argc, char** argv) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody waits any more
   std::signal(SIGINT, SIG_IGN);      // the process that waits answers it
   // Memory that libhdf5 reads without having written it is zero in one process and a pointer in
-  // another; here it is never what would do no harm, and no block comes from lists of its own.
+  // another; here it is filled with a harmful pattern, and no block comes from libhdf5's free
+  // lists.
   mallopt(M_PERTURB, 0x5a);
   H5set_free_list_limits(0, 0, 0, 0, 0, 0);
   Limit(RLIMIT_CORE, 0);

@@ -70,8 +70,8 @@ constexpr const char* kNotAResult = "is a block, not a result";
                        ", or an HDF5 file of these");
 }
 
-/// The tables that the summary of a result lists; nothing where it does not, as those of programs
-/// before this, or where it cannot be read, which is told when it is.
+/// The tables that the summary of a result lists; nothing where it lists none, as summaries of
+/// earlier versions, or where it cannot be read, which is reported when it is read.
 std::optional<std::vector<TableSum>> ListedTables(const fs::path& summary) {
   std::ifstream stream(summary, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(stream), {}};

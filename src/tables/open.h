@@ -28,8 +28,8 @@ using FileTexts = std::vector<std::pair<std::string, std::optional<std::string_v
 /// The folder from which names in a block's options count: its own, or that of its file.
 [[nodiscard]] std::filesystem::path FolderOf(const std::filesystem::path& block);
 
-/// What is there, as far as can be seen before it is read: a folder without a summary.json
-/// is taken for a block. Throws InputError for an HDF5 file of others.
+/// Kind of the content at a path, as far as it shows before reading: a folder without a
+/// summary.json is taken for a block. Throws InputError for an HDF5 file of another program.
 [[nodiscard]] FolderContent ContentAt(const std::filesystem::path& path);
 
 /// The file of a table in a folder: NAME.csv or NAME.csv.gz; nothing if neither is there. Both at
@@ -37,7 +37,7 @@ using FileTexts = std::vector<std::pair<std::string, std::optional<std::string_v
 [[nodiscard]] std::optional<std::filesystem::path> FindTable(const std::filesystem::path& folder,
                                                              std::string_view name);
 
-/// A table of a folder: what its text has, which a .csv.gz holds compressed.
+/// Size and checksum of a table's text, uncompressed where the file is a .csv.gz.
 struct TableSum {
   std::string table;  ///< "points"
   std::uint64_t bytes = 0;

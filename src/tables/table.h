@@ -111,7 +111,7 @@ inline constexpr Columns kPathColumns{{
      column::kOptional,
      CellKind::kText},  // of a result: "all", or what is not in the states
 }};
-/// Needed of the looks are time and range, or line and pixel.
+/// Looks need time and range, or line and pixel.
 inline constexpr Columns kLookColumns{{
     {"pass", column::kRequired, CellKind::kPass},
     {"point", column::kRequired, CellKind::kPoint},
@@ -334,8 +334,8 @@ inline constexpr Columns kMonteCarloColumns{{
     {"coverage_90"},
     {"coverage_99"},
 }};
-/// What `work` returns; an InputError of it that names no file, because what throws knows none,
-/// names the file or folder `input`.
+/// Returns what `work` returns. An InputError of `work` that names no file, because the code that
+/// throws knows none, gets the file or folder `input`.
 template <typename Work>
 auto Naming(const std::string& input, const Work& work) {
   try {
@@ -350,9 +350,9 @@ auto Naming(const std::string& input, const Work& work) {
 /// of numbers.
 inline constexpr std::size_t kRowsAtOnce = 8192;
 
-/// Has all threads make the pieces of [0, count), `per_piece` each, and one at a time take them, in
-/// their order: while some are made, those made before are taken. ItemsAtOnce() pieces are kept at
-/// most, and their room is used again. What is taken does not depend on the number of threads. The
+/// Calls make() on all threads for pieces of [0, count), `per_piece` items each, and take() for one
+/// piece at a time, in order, while later ones are being made. At most ItemsAtOnce() pieces are in
+/// memory, and their storage is reused. What is taken does not depend on the number of threads. The
 /// first error ends both.
 template <typename Piece>
 void MakeInOrder(std::size_t count,
@@ -382,7 +382,7 @@ class TableReader;
 
 /// The cells of a column in some rows: numbers or texts.
 struct Column {
-  /// NaN where none is given; none behind the last row that gives one.
+  /// NaN where none is given; ends with the last row that gives one.
   std::vector<double> numbers;
   /// Texts: row i has (*texts)[indices[i]].
   std::vector<std::uint32_t> indices;
@@ -467,8 +467,8 @@ class Row {
   [[nodiscard]] FilePlace Place(std::size_t column) const;
   [[noreturn]] void Fail(std::size_t column, const std::string& problem) const;
 
-  /// What stands for a cell that is not the number it should be: a NaN, of which Number() says what
-  /// is wrong.
+  /// A special NaN for a cell that is not a valid number; Number() then throws and says what is
+  /// wrong.
   [[nodiscard]] static double Unreadable();
 
  private:
@@ -480,7 +480,7 @@ class Row {
 /// The number that a cell of text holds, NaN where it is empty, or Row::Unreadable().
 [[nodiscard]] double NumberOfText(std::string_view cell, CellKind kind);
 
-/// What keeps a text from being a name of a pass or a point; null: nothing.
+/// Why a text cannot be a name of a pass or a point; null: it can.
 [[nodiscard]] const char* ProblemOfId(std::string_view id);
 
 /// Reads a table, some rows at a time, whatever it is stored in.
@@ -501,8 +501,8 @@ class TableReader {
   /// "line 12", for messages.
   [[nodiscard]] virtual std::string NameOfLine(std::size_t line) const = 0;
 
-  /// What may be wrong with the lines of the table, all of which were read, though they can be
-  /// read: sentences for people.
+  /// Possible mistakes in the lines of the table, although all of them could be read: sentences for
+  /// people.
   [[nodiscard]] virtual std::vector<std::string> doubts() const { return {}; }
   /// The first of the lines that begin with # and have as many cells as the header; 0: there is
   /// none, or the table is not one of lines.
@@ -531,7 +531,7 @@ class TableReader {
   std::vector<std::string> unknown_;
 };
 
-/// Adds the one warning about columns nobody knows.
+/// Adds one warning about unknown columns.
 void WarnOfUnknownColumns(const TableReader& reader, std::vector<std::string>* warnings);
 /// Adds the warnings about lines of the table, once all were read.
 void WarnOfDoubts(const TableReader& reader, std::vector<std::string>* warnings);
@@ -567,9 +567,8 @@ void ForBatches(TableReader* reader,
 /// Calls take(row) for all rows in their order.
 void ForRows(TableReader* reader, const std::function<void(const Row&)>& take);
 
-/// Numbers that a caller finds for the texts of a column, in batches in their order. A text is
-/// looked for once as long as it stays the same: in a file that stores each text once, else within
-/// a batch.
+/// Numbers that a caller finds for the texts of a column, in batches in their order. Each distinct
+/// text is looked up once: per file where this stores each text once, else per batch.
 class FoundTexts {
  public:
   /// What `find` returned for the text of this cell. It may throw; kUnknown is not kept.
@@ -647,8 +646,8 @@ class TableWriter {
   std::vector<std::size_t> written_;  // columns of the schema in their order
 };
 
-/// Has `write(begin, end, batch)` add the rows of [0, count), or what is as long as `per_piece`
-/// says, to batches, on all threads; they are written in their order.
+/// Calls `write(begin, end, batch)` on all threads for pieces of [0, count) of `per_piece` items,
+/// which adds their rows to a batch; batches are written in their order.
 void WriteRows(std::size_t count,
                TableWriter* out,
                const std::function<void(std::size_t, std::size_t, Batch*)>& write,
@@ -681,7 +680,7 @@ class TableSource {
                                                           Schema schema) const = 0;
   /// The name for messages of a table that must be there.
   [[nodiscard]] virtual std::string NameOf(std::string_view table) const = 0;
-  /// The name that something takes that gives itself none.
+  /// Default name of a block or result that gives itself none.
   [[nodiscard]] virtual std::string DefaultName() const = 0;
   [[nodiscard]] virtual BlockIds Ids() const { return {}; }
   /// A table that must be there.
