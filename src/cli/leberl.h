@@ -17,7 +17,7 @@ namespace sarblock::cli {
 /// `sarblock leberl ...`: the paper's closed forms beside their rigorous counterparts.
 void AddLeberl(CLI::App* app, Session* session);
 
-/// `sarblock plan ...`: what a planned pair or block will give.
+/// `sarblock plan ...`: predicted accuracy of a planned pair or block.
 void AddPlan(CLI::App* app, Session* session);
 
 /// Subcommands of `leberl`; each sets session->run when chosen.

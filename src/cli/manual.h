@@ -11,7 +11,7 @@ class App;
 
 namespace sarblock::cli {
 
-/// What an option takes, for completion; a text may be a file.
+/// Kind of value that an option takes, for completion; a text may be a file.
 enum class ValueKind { kNone, kText, kNumber, kFolder, kChoice, kKey };
 
 /// One option or positional argument as the command line's parser knows it.

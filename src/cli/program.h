@@ -57,8 +57,8 @@ CLI::Validator ChoiceOf(const std::map<std::string, Value>& values) {
 /// Ends the help of every command below `app` with the options that all commands have.
 void AddFooters(CLI::App* app);
 
-/// What is wrong with arguments that do not name a command of `app`, or an option of the command
-/// that they name, with the nearest name; empty where neither is the mistake.
+/// Explains arguments that name no command of `app`, or no option of their command, with the
+/// nearest name; empty where neither is the mistake.
 [[nodiscard]] std::string ExplainUsage(const CLI::App& app,
                                        const std::vector<std::string>& arguments);
 

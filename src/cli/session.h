@@ -31,7 +31,7 @@ enum ExitCode : int {
 /// 2: messages go nowhere, and results that should go to standard output fail. Call it first.
 void OpenStandardStreams();
 
-/// A line on standard error; one that cannot be written is lost, never an error of its own.
+/// Prints a line on standard error; a failure to write it is ignored.
 void PrintError(std::string_view line) noexcept;
 
 /// The words of an error and its exit code: those of interface.md for the library's own; 3 where a
@@ -46,7 +46,7 @@ void RunTogether(Ranks* ranks, const std::function<void()>& work);
 /// printed before.
 [[nodiscard]] int FinishOutput(int exit_code);
 
-/// What every command understands.
+/// Options and services that all commands share.
 struct Session {
   Ranks* ranks = nullptr;  ///< that work together; null: this process alone
   int cores = 0;           ///< threads where none are asked for
@@ -59,7 +59,7 @@ struct Session {
   std::function<void()> clear_bar;         ///< takes the bar away until the next step
   std::string stage;                       ///< the last that `progress` showed; empty before
   std::function<int()> run;                ///< set by the command that was chosen
-  /// Printed after the error that ends the program: what explains it.
+  /// Explanations printed after the error that ends the program.
   std::vector<std::string> after_error;
 
   [[nodiscard]] int Threads() const;

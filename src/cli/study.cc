@@ -654,7 +654,7 @@ StudyStart StartIn(const StudyArguments& arguments) {
   return arguments.restart || replaces ? StudyStart::kRestart : StudyStart::kResume;
 }
 
-/// What every run of a study says of itself, and what only this kind of run has.
+/// Figures that every run of a study reports, and those of this kind of run.
 nlohmann::json Summary(const StudyKind& kind,
                        const StudyTable& table,
                        std::size_t kept,

@@ -13,9 +13,9 @@ namespace sarblock::cli {
 /// Columns of a terminal that text for people is fitted to.
 inline constexpr std::size_t kColumns = 80;
 
-/// Breaks lines longer than kColumns (of UTF-8 characters) at spaces; what follows is indented by
-/// four more than the line. Rows of tables (cells parted by three spaces or more) stay as they are,
-/// and so does a word that is longer than a line.
+/// Breaks lines longer than kColumns (of UTF-8 characters) at spaces; the next lines are indented
+/// by four more than the first. Rows of tables (cells parted by three spaces or more) stay as they
+/// are, and so does a word that is longer than a line.
 [[nodiscard]] std::string FitColumns(std::string_view text);
 
 /// The same for the text of --help: what follows a broken line begins below its description.
@@ -24,8 +24,8 @@ inline constexpr std::size_t kColumns = 80;
 /// Remaining time of the running stage, from its progress. Parts of a stage may cost very different
 /// times (blocks of a study, iterations), so nothing is shown until the extrapolated total has
 /// stayed within 30 % for a third of the time spent, and nothing again once the shown time turns
-/// out wrong by a factor of two. From one call to the next the shown time departs from a clock that
-/// runs down by at most a quarter.
+/// out wrong by a factor of two. From one call to the next the shown time differs from a countdown
+/// by at most a quarter.
 class RemainingTime {
  public:
   /// To be called with every report of progress, times in seconds of any clock that only goes on.

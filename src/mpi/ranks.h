@@ -8,8 +8,8 @@
 namespace sarblock::mpi {
 
 /// The processes of MPI_COMM_WORLD, between MPI_Init_thread and MPI_Finalize. MPI is called by the
-/// thread that calls these functions and by no other (MPI_THREAD_FUNNELED). Who waits for others
-/// sleeps, so that ranks which share cores do not take them from those that compute.
+/// thread that calls these functions and by no other (MPI_THREAD_FUNNELED). A rank that waits for
+/// others sleeps, so that ranks which share cores leave them to those that compute.
 class MpiRanks final : public Ranks {
  public:
   MpiRanks();

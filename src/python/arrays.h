@@ -85,14 +85,14 @@ template <typename Row>
                                           const SymmetricEnu* first,
                                           std::size_t stride);
 
-/// A string of Python; bytes that are no UTF-8 come as `surrogateescape` has them.
+/// A string of Python; bytes that are not UTF-8 are decoded by `surrogateescape`.
 [[nodiscard]] pybind11::object TextObject(std::string_view text);
 [[nodiscard]] pybind11::list TextList(const std::vector<std::string>& texts);
 /// An array of such strings; of objects where a text has more than 64 characters.
 [[nodiscard]] pybind11::array Texts(std::size_t count,
                                     const std::function<std::string_view(std::size_t)>& of);
 
-/// A column of a table as the library reads it, with what holds its numbers.
+/// A column of a table as the library reads it, with the object that owns its numbers.
 struct FixedColumn {
   files::ArrayColumn column;
   pybind11::object holder;

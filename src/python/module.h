@@ -61,7 +61,7 @@ void RequireAsRead(const BlockData& data, const std::string& list);
 
 void BindBlock(pybind11::module_* module);
 
-/// A block that is not determined, with what the diagnosis says of it, the most likely first.
+/// A block that is not determined, with the explanations of its diagnosis, the most likely first.
 class ExplainedRefusal : public UndeterminedError {
  public:
   ExplainedRefusal(const UndeterminedError& refusal, std::vector<std::string> sentences)
@@ -129,9 +129,9 @@ struct ResultData {
   [[nodiscard]] std::string Summary() const;
 };
 
-/// What the command of the same name does between reading and writing. A refused adjustment throws
-/// ExplainedRefusal, unless the options say not to look for the cause. `positions_m` are those of
-/// Task::kPredict; without them the truth is taken where it is known.
+/// Does what the command of the same name does between reading and writing. A refused adjustment
+/// throws ExplainedRefusal, unless the options say not to look for the cause. `positions_m` are
+/// those of Task::kPredict; without them the truth is taken where it is known.
 [[nodiscard]] std::shared_ptr<const ResultData> Solve(
     Task task,
     const BlockPointer& block,

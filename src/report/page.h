@@ -20,7 +20,7 @@ enum class HeadlineState {
   kNeutral,  ///< nothing to accept: a prediction, a study, a comparison
 };
 
-/// The first thing a reader sees: is it accepted and why, how accurate, what limits it.
+/// The top of a report: whether the result is accepted and why, how accurate it is, what limits it.
 struct Headline {
   HeadlineState state = HeadlineState::kNeutral;
   std::string word;                    ///< "Accepted"
@@ -249,7 +249,7 @@ struct BinnedMedian {
                                                      std::size_t bins,
                                                      std::size_t least);
 
-/// The largest of 1, 2, 5 times a power of ten that is not above a positive value.
+/// The largest number 1, 2 or 5 times a power of ten that is not above a positive value.
 [[nodiscard]] double RoundDown125(double value);
 
 /// True for (x, y) inside or on the convex hull of other places.

@@ -17,8 +17,8 @@
 
 namespace sarblock {
 
-/// The sections of a result's report in the order of reading, each with a sentence in place of what
-/// the result does not have.
+/// The sections of a result's report in the order of reading; a sentence replaces content that the
+/// result does not have.
 [[nodiscard]] PageSection CountsSection(const ResultFolder& result);
 [[nodiscard]] PageSection TestSection(const ResultFolder& result);
 [[nodiscard]] PageSection KnownPointsSection(const ResultFolder& result);
@@ -55,7 +55,7 @@ struct StripResiduals {
 };
 [[nodiscard]] std::vector<StripResiduals> ResidualsAlongStrips(const ResultFolder& result);
 
-/// A chart a pass, or a sentence in place of what the result does not have.
+/// One chart per pass, or a sentence if the result has no residuals or stations for it.
 [[nodiscard]] std::vector<PageItem> StripResidualItems(const ResultFolder& result);
 
 /// A box of the map plane.

@@ -35,13 +35,13 @@ struct ReportLook {
   std::size_t component = 0;
 };
 
-/// What a report shows of the looks: by component, the figures of the looks in use that have one.
+/// Figures of the looks for a report: by component, for the looks in use that have a figure.
 struct ReportLooks {
   std::array<std::vector<float>, 2> w, residual_m, redundancy, mdb_m, influence_m;
   std::size_t rejected = 0;
   std::vector<std::pair<std::string, std::size_t>> rejected_by_reason;
-  /// Largest |w| first, at most kMaxWorst, none with a redundancy below kMinTested: its w
-  /// says nothing of the observation alone.
+  /// Largest |w| first, at most kMaxWorst, none with a redundancy below kMinTested, since such a w
+  /// does not test the observation itself.
   std::vector<ReportLook> worst;
   std::vector<ReportLook> left_out;  ///< rejected ones, largest residual first, at most kMaxWorst
   static constexpr std::size_t kMaxWorst = 300;
@@ -87,8 +87,8 @@ struct AccuracyFigures {
   std::array<double, 3> largest_m{kAbsent, kAbsent, kAbsent};
   std::array<std::string, 3> largest_point;
   int weakest = 2;  ///< component with the largest median
-  /// What follows is of the points that geometry decides: not control, two looks at least. What
-  /// control or a single look decides says nothing of what would help.
+  /// The figures below are for points that are determined by geometry: not control, two looks at
+  /// least. Points determined by control or a single look do not show what would help.
   std::size_t free_points = 0;
   /// Median part of the variance of the weakest component that comes from the flight paths; the
   /// rest comes from the looks. NaN if the result does not give it.

@@ -43,7 +43,7 @@ struct StudyFolder {
 
 [[nodiscard]] StudyFolder ReadStudyFolder(const std::filesystem::path& folder);
 
-/// The section of a table, and what it says in short where the study has not said it itself.
+/// The section of a table, and its summary where the study has none of its own.
 struct StudyPart {
   PageSection section;
   std::vector<std::string> sentences, attention;

@@ -20,7 +20,7 @@ namespace sarblock {
 enum class PlotScale {
   kLinear,
   kLog,
-  kRoot,  ///< square root: room for small counts beside large ones, and for none
+  kRoot,  ///< square root: shows small counts beside large ones, and 0
 };
 
 struct PlotAxis {

@@ -24,8 +24,8 @@
 
 namespace sarblock {
 
-/// The blocks of a study over scenes: axes of values and listed cases, and what makes scenes and
-/// options of them (docs/studies.md).
+/// The blocks of a study over scenes: axes of values and listed cases, and their scenes and options
+/// (docs/studies.md).
 
 /// Most cases of one study, listed and as products.
 inline constexpr std::size_t kMaxStudyCases = 10000;
@@ -33,7 +33,7 @@ inline constexpr std::size_t kMaxStudyCases = 10000;
 /// One block of a study.
 struct StudyCase {
   std::string layout;   ///< of its control, "corners", ...; "none" without any
-  std::string variant;  ///< what else it was chosen by, "tie strips: none"; may be empty
+  std::string variant;  ///< its other choices, "tie strips: none"; may be empty
   Scene scene;
   AdjustOptions adjust;
 };
@@ -49,7 +49,7 @@ struct CaseChoice {
   double number =
       kNotGiven;  ///< of a value that is a number or a list of one, of a case its `number`
 
-  /// The other's changes after these.
+  /// Appends the changes of another choice.
   void Add(const CaseChoice& other);
 };
 
@@ -103,8 +103,8 @@ struct VerificationOptions {
   int runs = 0;           ///< of each case verified; 0: none
   std::size_t every = 1;  ///< the first case and every so many after it
   double level = 0.99;    ///< simultaneous level of all bounds if the predictions are right
-  /// Whose standard deviations the flight path and measurement errors are drawn from: the priors of
-  /// the corrections, which is what a prediction assumes, or the scene's [navigation].
+  /// Standard deviations from which flight path and measurement errors are drawn: those of the
+  /// corrections' priors, which a prediction assumes, or of the scene's [navigation].
   enum class Navigation { kPriors, kScene };
   Navigation navigation = Navigation::kPriors;
 
@@ -141,10 +141,10 @@ struct Verification {
 using ErrorAxes = std::function<Eigen::Matrix3d(std::uint32_t point)>;
 
 /// Draws noise, paths and control `runs` times about the same nominal block, adjusts each draw and
-/// compares. Points without coordinates of their own start where they are planned: it is the
-/// covariance that is verified, not the way to a start. Runs go side by side; the result does not
+/// compares. Points without coordinates of their own start where they are planned, because the
+/// covariance is verified and not the start values. Runs go side by side; the result does not
 /// depend on the number of threads. The bound is that of a chi-square with runs times
-/// SquareFreedom() degrees over these degrees: points of one run hang together, runs do not.
+/// SquareFreedom() degrees over these degrees: points of one run are correlated, runs are not.
 /// Without `axes` errors are counted east, north and up.
 [[nodiscard]] Verification Verify(const Scene& scene,
                                   const SimulatedBlock& simulated,

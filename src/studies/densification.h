@@ -37,7 +37,7 @@ struct Accuracy {
 
 /// How much control a block needs, and where (docs/studies.md).
 
-/// Greedy placement on one block, and what exchanging its points one by one makes of it.
+/// Greedy placement on one block, improved by exchanging its points one by one.
 struct PlacementCase {
   enum class Candidates { kTie, kCheck, kAll };
   enum class Exchange { kOn, kOff };
@@ -77,8 +77,8 @@ struct DensificationStudy {
 /// Columns of densification.csv (docs/studies.md).
 [[nodiscard]] const std::vector<StudyColumn>& DensificationColumns();
 
-/// What the table answers, in sentences: the smallest layout that reaches the goal, for each
-/// variant; where the next points help most; whether the verified rows agree.
+/// Summary of the table in sentences: the smallest layout that reaches the goal, for each variant;
+/// where the next points help most; whether the verified rows agree.
 [[nodiscard]] std::vector<std::string> DescribeDensification(const DensificationStudy& study,
                                                              const StudyTable& table);
 

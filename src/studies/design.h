@@ -18,7 +18,7 @@ namespace sarblock {
 /// Design studies: one or two keys of a scene are swept, each block is predicted, and the accuracy
 /// is compared with goals and with what the block costs (docs/studies.md).
 
-/// What a block costs; a price that is not given counts nothing.
+/// Prices that make up the cost of a block; a price that is not given is 0.
 struct DesignPrices {
   std::string currency;  ///< for people; may be empty
   double pass = 0.0;
@@ -97,19 +97,18 @@ struct DesignFile {
 
 /// One task a case: the scene's block as planned is predicted with Predict(). Along and across are
 /// by the track of the first pass that sees a point, level; points counted are those that are
-/// solved and not control. The part of the paths is what a covariance holds beyond that with paths
-/// known exactly (PointLinearization); empty without corrections. Verified cases are drawn and
-/// adjusted (Verify), errors counted along, across and up. A block that cannot be made or
-/// determined gives a row with determined 0 and the reason as message. `study` must outlive the
-/// plan.
+/// solved and not control. The part of the paths is the covariance less that with paths known
+/// exactly (PointLinearization); empty without corrections. Verified cases are drawn and adjusted
+/// (Verify), errors counted along, across and up. A block that cannot be made or determined gives a
+/// row with determined 0 and the reason as message. `study` must outlive the plan.
 [[nodiscard]] StudyPlan PlanDesign(const DesignStudy& study);
 
-/// The column by which accuracy is traded for cost and the matrix is shown: the first that is a
-/// goal, of the worst point up, across and along, then of the median; without one max_sigma_up_m.
+/// The column used as accuracy in the Pareto set and the matrix: the first that is a goal among up,
+/// across and along of the worst point, then of the median; without a goal max_sigma_up_m.
 [[nodiscard]] std::string DesignQuantity(const DesignStudy& study);
 
-/// The table with `pareto`: 1 where no other case costs as little or less and is as accurate or
-/// more (one of both really); empty without prices.
+/// The table with `pareto`: 1 where no other case is at most as expensive and at least as accurate,
+/// and better in one of the two; empty without prices.
 [[nodiscard]] StudyTable MarkPareto(const DesignStudy& study, const StudyTable& table);
 
 /// Text for a terminal from a table with `pareto`: the matrix of two axes or the table of one, and
@@ -120,9 +119,9 @@ struct DesignFile {
 /// Index of each axis' choice in a case.
 [[nodiscard]] std::vector<std::size_t> DesignPlaces(const DesignStudy& study, std::size_t index);
 
-/// In sentences: how many cases reach all goals and the cheapest of them, or the nearest, with its
-/// numbers beside the goals; the case that is best; how many give no block;
-/// whether drawn errors agree.
+/// Summary in sentences: how many cases reach all goals and the cheapest of them, or the nearest,
+/// with its numbers and the goals; the best case; how many cases give no block; whether drawn
+/// errors agree.
 [[nodiscard]] std::vector<std::string> DescribeDesign(const DesignStudy& study,
                                                       const StudyTable& table);
 

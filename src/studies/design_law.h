@@ -20,7 +20,7 @@ struct PowerLaw {
   double factor = std::numeric_limits<double>::quiet_NaN();
   double exponent = std::numeric_limits<double>::quiet_NaN();
   /// Standard error of the exponent by the scatter about the line, n - 2 degrees of freedom; NaN of
-  /// two values. Values that are predicted have no noise: it says how straight the line is.
+  /// two values. Predicted values have no noise: for them it measures how straight the line is.
   double exponent_sigma = std::numeric_limits<double>::quiet_NaN();
   double last_exponent = std::numeric_limits<double>::quiet_NaN();  ///< of the last two values
   std::size_t values = 0;

@@ -126,8 +126,8 @@ struct Gradient {
 };
 
 /// The observation equations of model.md, sections 3 and 4, with their partials for any scalar
-/// type. Paths, track axes and verticals are series in time, so that velocities, turning axes and
-/// accelerations come by themselves; what production has simplified by hand is not simplified here.
+/// type. Paths, track axes and verticals are series in time, from which velocities, turning axes
+/// and accelerations follow automatically; nothing is simplified by hand as in the production code.
 
 /// Foot of the normal from p on the ellipsoid: q = p / (1 + mu / axis^2) lies on it.
 template <typename S>
@@ -569,7 +569,7 @@ LookAt<T> LookModelOf<T>::Evaluate(std::size_t look,
 
 namespace sarblock {
 
-/// An adjustment beside the same one with 50 decimal digits: the equations of exact.h,
+/// Compares an adjustment with the same one in 50 decimal digits: the equations of exact.h,
 /// Gauss-Newton from the result to a step of 1e-14 sigmas, weights formed anew in each iteration,
 /// all normal equations at once, a Cholesky factor and its inverse. What the files say (times,
 /// ranges, states, standard deviations) counts as exact; points and looks that the result left out

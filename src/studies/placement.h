@@ -68,8 +68,8 @@ class BlockCovariance {
   /// chi-square of the same mean and variance, scaled, has this many degrees (Satterthwaite 1946).
   [[nodiscard]] double SquareFreedom(const std::vector<std::size_t>& chosen) const;
 
-  /// tr(cov) summed over what a criterion looks at, and what a control point would take off it.
-  /// `pairs`: differences p_b - p_a; `points`: positions.
+  /// Sum of tr(cov) over the points or differences of a criterion, and its decrease by a control
+  /// point. `pairs`: differences p_b - p_a; `points`: positions.
   using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;
   [[nodiscard]] double SumOfVariances(const std::vector<std::size_t>& chosen) const;
   [[nodiscard]] double SumOfVariances(const Pairs& pairs) const;
@@ -82,7 +82,8 @@ class BlockCovariance {
   [[nodiscard]] std::vector<double> Gains(const std::vector<std::size_t>& candidates,
                                           const std::vector<Eigen::Matrix3d>& sigma_m2,
                                           const Pairs& pairs) const;
-  /// By candidate: the largest tr(cov) among `chosen` that would be left [m2]. O(candidates m n).
+  /// By candidate: the largest remaining tr(cov) among `chosen` if it became control [m2].
+  /// O(candidates m n).
   [[nodiscard]] std::vector<double> WorstAfter(const std::vector<std::size_t>& candidates,
                                                const std::vector<Eigen::Matrix3d>& sigma_m2,
                                                const std::vector<std::size_t>& chosen) const;
@@ -97,7 +98,7 @@ class BlockCovariance {
   Eigen::MatrixXd c_;  // n x n
 };
 
-/// What a control point is added for.
+/// Criterion by which control points are added.
 enum class PlacementCriterion {
   kMeanVariance,     ///< mean of tr(cov) over the points
   kWorstPoint,       ///< largest tr(cov) of a point
@@ -105,7 +106,7 @@ enum class PlacementCriterion {
 };
 [[nodiscard]] const char* NameOf(PlacementCriterion criterion);  ///< "mean-variance", ...
 
-/// A criterion and what it looks at, in the indices of a BlockCovariance.
+/// A criterion and the points or pairs that it counts, as indices of a BlockCovariance.
 struct PlacementObjective {
   PlacementCriterion criterion = PlacementCriterion::kMeanVariance;
   std::vector<std::size_t> points;  ///< not empty, unless kMeanDifferences
@@ -131,8 +132,8 @@ struct PlacementStep {
 /// there is no candidate left); each becomes control in `covariance`, with its covariance from
 /// `sigma_m2` (frame axes). `after` is called after each point.
 ///
-/// A greedy choice is best at each step, not for the number reached. A step costs O(n^3 + (m + k)
-/// n^2) for n corrections, m points, k candidates; kWorstPoint O(k m n).
+/// A greedy choice is the best one at each step, but not always the best set of that size. A step
+/// costs O(n^3 + (m + k) n^2) for n corrections, m points, k candidates; kWorstPoint O(k m n).
 [[nodiscard]] std::vector<PlacementStep> PlaceGreedily(
     const PlacementObjective& objective,
     std::vector<std::size_t> candidates,
@@ -149,7 +150,7 @@ struct PlacementExchange {
 
 /// Exchanges one of the `chosen` points for the candidate with the smallest value, one chosen point
 /// after the other, as long as some exchange lowers the criterion (docs/theory/placement.md): no
-/// single exchange improves what is left, and it is never worse than what was given. That is not
+/// single exchange improves the final set, and it is never worse than the given one. It is not
 /// always the best of all sets of this size. `candidates` holds the chosen points too, each with
 /// the covariance beside it in `sigma_m2`, and all `chosen` are control in `covariance` by those.
 /// `before` is called before each point is tried, at the cost of a step of PlaceGreedily() each.

@@ -126,7 +126,7 @@ const char* NameOf(StabilityOutcome outcome) {
 
 StabilityOutcome JudgeStability(const StabilityRow& row, const std::vector<std::string>& warnings) {
   if (row.exit_code > 1) return StabilityOutcome::kRefused;
-  // Written so that what could not be compared is not right.
+  // NaN, where nothing could be compared, fails the comparison.
   const bool right = row.error_sigma <= kMaxError && row.sigma_digits >= kMinDigits &&
                      row.covariance_digits >= kMinDigits;
   const bool said = std::any_of(warnings.begin(), warnings.end(), WarnsOfDigits);

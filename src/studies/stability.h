@@ -112,7 +112,7 @@ struct FamilyText {
                                             std::size_t index,
                                             const std::shared_ptr<const FamilyText>& study);
 
-/// What came of one block.
+/// Outcome for one block.
 enum class StabilityOutcome {
   kOk,       ///< accepted without a warning, and right
   kWarned,   ///< not accepted, or with a warning; where digits are missing the warning says so
@@ -121,14 +121,14 @@ enum class StabilityOutcome {
 };
 [[nodiscard]] const char* NameOf(StabilityOutcome outcome);  ///< "ok", "warned", ...
 
-/// A result whose sigmas and 3 x 3 covariances have fewer digits than this is wrong unless it says
-/// so itself,
+/// A result whose sigmas and 3 x 3 covariances have fewer digits than this is wrong unless it warns
+/// of that itself,
 inline constexpr double kMinDigits = 6.0;
 /// and one whose positions or corrections are off by more than this part of their sigma.
 inline constexpr double kMaxError = 1e-3;
 
-/// One step of a family: the production adjustment beside the same one in 50 digits. Digits are
-/// -log10 of the largest relative error, 0 to 16; NaN where there is no result or nothing to
+/// One step of a family: the production adjustment compared with the same one in 50 digits. Digits
+/// are -log10 of the largest relative error, 0 to 16; NaN where there is no result or nothing to
 /// compare with.
 struct StabilityRow {
   std::string family, parameter;
@@ -151,9 +151,9 @@ struct StabilityRow {
   std::string message;  ///< the words of a refusal, the warnings, or why nothing was compared
 };
 
-/// The outcome of a row whose other fields are filled in. Warnings count as said where they speak
-/// of convergence, of weak directions, of open directions or of rounding: that points were left out
-/// says nothing of the others.
+/// The outcome of a row whose other fields are filled in. Missing digits count as warned of if a
+/// warning is about convergence, weak directions, open directions or rounding; a warning that
+/// points were left out says nothing of the others.
 [[nodiscard]] StabilityOutcome JudgeStability(const StabilityRow& row,
                                               const std::vector<std::string>& warnings);
 

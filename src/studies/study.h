@@ -38,8 +38,8 @@ enum class StudyCellKind {
 /// Whether a report shows a column; it refuses tables without one that it needs.
 enum class InReport { kYes, kNo, kNeeded };
 
-/// One column of a study's table; units are in the name, as in every table (docs/formats.md). What
-/// writes a table, reads it, joins its parts and shows it has its columns from one list.
+/// One column of a study's table; units are in the name, as in every table (docs/formats.md). Code
+/// that writes, reads, joins or shows a table takes its columns from one list.
 struct StudyColumn {
   std::string name;
   StudyCellKind kind = StudyCellKind::kNumber;
@@ -89,10 +89,10 @@ class StudyTable {
   std::vector<StudyRow> rows_;
 };
 
-/// A piece of a study that is computed and kept as a whole: one row, or several that only make
-/// sense together (candidates timed in turn with their reference). The rows are a function of the
-/// study's file alone, not of other tasks or of the number of threads. `progress` says whether to
-/// stop; updates to it are not shown while tasks run side by side.
+/// A piece of a study that is computed and stored as a whole: one row, or several that are only
+/// meaningful together (candidates timed in turn with their reference). The rows are a function of
+/// the study's file alone, not of other tasks or of the number of threads. `progress` says whether
+/// to stop; updates to it are not shown while tasks run side by side.
 struct StudyTask {
   std::string name;  ///< for people, beside the bar
   std::function<std::vector<StudyRow>(ProgressSink* progress)> compute;

@@ -23,7 +23,7 @@
 namespace sarblock {
 
 /// The study of speed against accuracy (docs/studies/tradeoff.md): what a user can choose, one
-/// stage at a time, each choice against the reference of its stage on blocks of known truth.
+/// stage at a time, each choice compared with the reference of its stage on blocks of known truth.
 enum class TradeoffStage { kModel, kSolver, kCovariance };
 [[nodiscard]] const char* NameOf(TradeoffStage stage);  ///< "model", "solver", ...
 
@@ -48,7 +48,7 @@ struct TradeoffChoice {
   std::optional<PathThrough> through;
 };
 
-/// What a choice says of the points of a block.
+/// Result of a choice for the points of a block.
 struct TradeoffAnswer {
   std::vector<Eigen::Vector3d> position_m;  ///< by point, frame axes; NaN where it has none
   std::vector<SymmetricEnu> covariance_m2;  ///< by point; empty: none
@@ -61,7 +61,7 @@ struct TradeoffAnswer {
   std::string note;             ///< for people: what was chosen, why not accepted
 };
 
-/// An answer against the best one and against the truth, over the tie points.
+/// Errors of an answer relative to the best one and to the truth, over the tie points.
 struct AnswerErrors {
   double position_error = kNotGiven;   ///< largest sqrt(d' Q^-1 d), Q of the best answer
   double position_median = kNotGiven;  ///< median of the same
@@ -114,23 +114,23 @@ inline constexpr double kSameCovariance = 1e-6;
 
 /// Marks in each stage of each size the rows that no other beats: none is faster without being less
 /// accurate in position or covariance, nor more accurate without being slower. A row without the
-/// covariance of every point counts as the worst of all in covariance; rows not accepted or that
-/// miss points are not marked and beat nobody.
+/// covariance of every point counts as the worst of all in covariance; rows that are not accepted
+/// or lack points are not marked and beat no other row.
 void MarkPareto(std::vector<TradeoffRow>* rows);
 
 /// Newton decrement of the best answer, in sigmas over all unknowns.
 inline constexpr double kBestTolerance = 1e-9;
 
-/// What is good enough for a recommendation.
+/// Accuracy that suffices for a recommendation.
 struct TradeoffGoal {
   double position_error = 0.1;     ///< largest shift, in sigmas
   double covariance_error = 0.05;  ///< largest relative error of a 3 x 3
 };
 /// One sentence a size: the fastest solver and covariance that are on the Pareto set and good
-/// enough, with the time of the adjustment and its threads; then, for comparison, what the row
-/// `leberl` of the models gains and loses; of a study of models alone the fastest of them that is
-/// good enough. "100000 points: reduced, double, block: 0.30 s on 2 threads, ...; leberl is 40
-/// times faster, ...".
+/// enough, with the time of the adjustment and its threads; then, for comparison, gains and losses
+/// of the row `leberl` of the models; for a study of models alone the fastest of them that is good
+/// enough. "100000 points: reduced, double, block: 0.30 s on 2 threads, ...; leberl is 40 times
+/// faster, ...".
 [[nodiscard]] std::string Recommend(const std::vector<TradeoffRow>& rows,
                                     std::size_t points,
                                     const TradeoffGoal& goal);
@@ -141,11 +141,11 @@ struct TradeoffGoal {
                                  TradeoffClock clock,
                                  const std::string& reason);
 
-/// How often a choice is run.
+/// Number of runs of a choice.
 struct TradeoffRepeats {
   int repeats = 5;  ///< at most
-  /// Wall time of all runs of the row, those of the reference too, after which none is begun but
-  /// the reference that belongs to the last.
+  /// Wall time of all runs of the row, including those of the reference, after which no run is
+  /// started except the reference that belongs to the last one.
   double longest_s = std::numeric_limits<double>::infinity();
 };
 
@@ -204,7 +204,7 @@ struct RunCost {
 /// mark, which otherwise only grows, is set back by /proc/self/clear_refs (Linux).
 [[nodiscard]] RunCost MeasureRun(const std::function<void()>& work);
 
-/// Rows that a size does without.
+/// Rows that are not run for a size.
 struct TradeoffSkip {
   std::vector<std::string> rows;  ///< "STAGE" or "STAGE.CHOICE"
   std::string reason;             ///< for people, in the row's note
@@ -212,7 +212,7 @@ struct TradeoffSkip {
 
 /// One size of the scene that choices are measured on.
 struct TradeoffSize {
-  std::size_t points = 0;  ///< how it is called; `set` of the file makes it so
+  std::size_t points = 0;  ///< used as its name; `set` of the file must lead to this number
   int repeats = 0;         ///< 0: the study's
   double longest_s = std::numeric_limits<double>::infinity();  ///< TradeoffRepeats
   std::vector<TradeoffSkip> skips;
@@ -243,7 +243,7 @@ struct TradeoffStudy {
   std::vector<TradeoffSize> sizes;
   std::vector<TradeoffEntry> choices;
   std::string identity;  ///< the effective text of the study and of its scene
-  /// What is measured of it: "STAGE" or "STAGE.CHOICE", and sizes; empty: all.
+  /// The part of the study that is measured: "STAGE" or "STAGE.CHOICE", and sizes; empty: all.
   std::vector<std::string> only;
   std::vector<std::size_t> only_points;
 
