@@ -30,8 +30,8 @@ void ParallelForChunks(std::size_t count,
                        const std::function<void(std::size_t, std::size_t, std::size_t)>& work);
 
 /// While one of these lives, ParallelForChunks() asks `sink` before every chunk whether to stop, in
-/// loops that this thread begins, and throws Interrupted then: who waits at a terminal need not
-/// wait for the end of a loop over a million points. Null: the sink of the scope outside, if any.
+/// loops that this thread begins, and throws Interrupted then: a user at a terminal need not wait
+/// for the end of a loop over a million points. Null: the sink of the scope outside, if any.
 class CancellationScope {
  public:
   explicit CancellationScope(const ProgressSink* sink);

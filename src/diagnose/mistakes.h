@@ -348,8 +348,8 @@ void AddTimeMistakes(const Facts& facts, Hypotheses* out);
 /// alone.
 void AddRangeMistakes(const Facts& facts, Hypotheses* out);
 
-/// Adds, for orbits, what ranges and times hold beyond geometry: a delay of the troposphere,
-/// times that grow with range, points that the tide displaced.
+/// Adds, for orbits, the hypotheses of delays that were not subtracted: of the troposphere, times
+/// that grow with range, points that the tide displaced.
 void AddDelayMistakes(const Facts& facts, Hypotheses* out);
 
 /// Squints that are too large by a constant, searched from `value_rad` on; empty `passes`: of all.

@@ -72,7 +72,7 @@ void WriteMonteCarloTable(TableSink* sink, const ResultView& view);
 /// Name of a role in tables: "tie", "control", "check".
 [[nodiscard]] const char* NameOf(PointRole role);
 
-/// The errors of a check point, of results sorted by point; null where it is none.
+/// The errors of a check point in results sorted by point; null for other points.
 [[nodiscard]] const CheckResult* FindCheck(const std::vector<CheckResult>& checks,
                                            std::uint32_t point);
 

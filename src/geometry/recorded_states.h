@@ -85,8 +85,8 @@ struct RecordedPath {
   std::optional<FitOfStates> fit;  ///< kSmooth, of sigmas that were given
 };
 
-/// A recording, measured once for all ways to read it: what its states say of their own noise and
-/// of their agreement within a strip.
+/// A recording, examined once for all ways to read it: noise of its states, and their agreement
+/// within a strip.
 ///
 /// Noise comes from differences of high order, in which a flight that the states follow vanishes
 /// (eq. (20)); where these still fall with the order, no noise is visible and it is 0. The

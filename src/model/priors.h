@@ -25,7 +25,7 @@ inline constexpr const char* kNoAutomaticPriors =
     "stands beside corrections = \"auto\", which chooses among corrections with priors that are "
     "independent; allowed is \"given\", or standard deviations in the correction tables";
 
-/// What a prior says of a parameter, in the unit of the parameter.
+/// Value that a prior expects of a parameter, in the unit of the parameter.
 using PriorValue = double;
 
 /// What a parameter corrects.
@@ -78,9 +78,9 @@ struct Parameter {
 /// Whether it is a spline whose coefficients have a prior with each other.
 [[nodiscard]] bool HasProcess(const CorrectionGroup& group);
 
-/// What a process says of the coefficients along an axis of a spline with `count` of them,
-/// `spacing_s` apart: sets the priors of coefficient `coefficient`, the one before being parameter
-/// `before` of the layout. Does nothing for kWhite and without a standard deviation.
+/// Sets the priors by a process on coefficient `coefficient` along an axis of a spline with `count`
+/// coefficients, `spacing_s` apart; parameter `before` of the layout is the coefficient before it.
+/// Does nothing for kWhite and without a standard deviation.
 void SetProcess(const PositionCorrection& position,
                 double spacing_s,
                 std::size_t count,

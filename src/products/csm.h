@@ -82,7 +82,8 @@ struct AdjustedCsmModel {
 /// Name of the one model of USGSCSM that is read.
 inline constexpr const char* kCsmModelName = "USGS_ASTRO_SAR_SENSOR_MODEL";
 
-/// The parts of an ISD, for who reads more of it than its image: throw InputError as ReadCsmIsd().
+/// The parts of an ISD, for code that reads more of it than its image; they throw InputError as
+/// ReadCsmIsd().
 [[nodiscard]] InertialOrbit IsdOrbit(const JsonValue& root, const std::string& file);
 [[nodiscard]] RadarImage IsdImage(const JsonValue& root, const std::string& file);
 /// Refuses another name of a model.

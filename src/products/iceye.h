@@ -37,8 +37,8 @@ struct IceyePlace {
   std::size_t file_line = 0;
 };
 
-/// What the metadata (XML) of an ICEYE image in ground range (GRD) say of geometry. Names and
-/// meanings: ICEYE SAR product guide, metadata of version 2.
+/// Geometry in the metadata (XML) of an ICEYE image in ground range (GRD). Names and meanings:
+/// ICEYE SAR product guide, metadata of version 2.
 struct IceyeProduct : ZeroDopplerImage {
   std::string satellite;        ///< ICEYE-X7
   std::string orbit_level;      ///< precise, predicted, ...

@@ -20,7 +20,7 @@
 
 namespace sarblock {
 
-/// One point of a geolocation grid: what the processor says of one pixel.
+/// One point of a geolocation grid: time, range and ground of one pixel by the processor.
 struct GeolocationGridPoint {
   int line = 0;
   int pixel = 0;
@@ -37,8 +37,8 @@ enum class PartUse : std::uint8_t { kUsed, kCompared };
 /// First and last sample of a line that are part of the image.
 using ValidSamples = std::array<int, 2>;
 
-/// What a Sentinel-1 annotation file (SLC or GRD) says of geometry. Names and meanings: Sentinel-1
-/// Product Specification, S1-RS-MDA-52-7441.
+/// Geometry in a Sentinel-1 annotation file (SLC or GRD). Names and meanings: Sentinel-1 Product
+/// Specification, S1-RS-MDA-52-7441.
 struct Sentinel1Product {
   std::string file;
   std::string mission, swath, polarisation;  ///< S1A, IW2, VV
@@ -110,7 +110,7 @@ struct NisarGrid {
   }
 };
 
-/// What an RSLC product of NISAR (HDF5) says of geometry. Names and meanings: NISAR L1 RSLC product
+/// Geometry in an RSLC product of NISAR (HDF5). Names and meanings: NISAR L1 RSLC product
 /// specification, JPL D-102268.
 struct NisarProduct : ZeroDopplerImage {
   std::string band;       ///< LSAR or SSAR

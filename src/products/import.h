@@ -52,7 +52,7 @@ struct ImportedProduct {
   std::size_t corners = 0;       ///< of ImportOptions::corner_sigma_m
   double corner_range_m = 0.0;   ///< their largest misfits
   double corner_along_m = 0.0;
-  ImageDelays delays{};     ///< what was taken off its looks
+  ImageDelays delays{};     ///< what was subtracted from its looks
   DelaySize grid_move_m{};  ///< of grid points, to where their reduced looks see them
   std::size_t matches = 0;  ///< looks of ImportOptions::points
   PixelOffset offset{};     ///< of those whose point has a position

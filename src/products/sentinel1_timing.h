@@ -41,16 +41,16 @@ struct Sentinel1Part {
   std::array<int, 2> lines{}, pixels{};
 };
 
-/// What the geolocation grid says of one pixel.
+/// One pixel of the geolocation grid.
 struct Sentinel1GridPlace {
   ImageCoordinates place;
   RadarCoordinates radar;  ///< the grid's own, time from the pass's epoch
   double height_m = 0.0;
 };
 
-/// What an annotation says of its pulses and of how its Dopplers were focused. All of it is
-/// optional: a list is empty where the file has none or one that makes no sense, and its `problem`
-/// says which.
+/// Pulses of an annotation, and the parameters with which its Dopplers were focused. All are
+/// optional: a list is empty where the file has none or an invalid one, and its `problem` says
+/// which.
 struct Sentinel1Radar {
   bool bistatic_corrected = true;  ///< bistaticDelayCorrectionApplied; left out: true
   std::optional<double> steering_rad_per_s;

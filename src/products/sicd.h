@@ -20,8 +20,8 @@
 
 namespace sarblock {
 
-/// What ErrorStatistics says of the errors of an image, standard deviations; nothing where an
-/// element is left out.
+/// Standard deviations of the errors of an image, from ErrorStatistics; nothing where an element is
+/// left out.
 struct SicdErrorStatistics {
   /// Axes of PosVelErr: earth-fixed, or radial, in-track and cross-track of the earth-fixed or of
   /// the inertial velocity.
@@ -68,9 +68,9 @@ struct SicdOffsets {
   double range_m = 0.0;                                    ///< of RcvTimeSCPCOA less TxTimeSCPCOA
 };
 
-/// What the metadata of a SICD image say of its geometry. Names and meanings: NGA.STND.0024-1, SICD
-/// volume 1. x counts metres of rows, y metres of columns from the scene centre point. What another
-/// kind of image needs is empty.
+/// Geometry in the metadata of a SICD image. Names and meanings: NGA.STND.0024-1, SICD volume 1. x
+/// counts metres of rows, y metres of columns from the scene centre point. What another kind of
+/// image needs is empty.
 struct SicdImage {
   std::string file;
   SicdKind kind = SicdKind::kInca;

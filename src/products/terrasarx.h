@@ -38,7 +38,7 @@ struct PropagationEffects {
 /// of where each term is valid; empty where there is none.
 [[nodiscard]] std::string Describe(const PropagationEffects& effects);
 
-/// One point of a geolocation grid: what the processor says of one place.
+/// One point of a geolocation grid: time, range and ground of one place by the processor.
 struct TerraSarXGridPoint {
   int azimuth_index = 0, range_index = 0;  ///< `iaz`, `irg`
   UtcTime time;                            ///< annotated, zero-Doppler
@@ -47,8 +47,8 @@ struct TerraSarXGridPoint {
   std::size_t file_line = 0;               ///< of its element
 };
 
-/// What a product of TerraSAR-X, TanDEM-X or PAZ in slant range (SSC) says of geometry. Names and
-/// meanings: TerraSAR-X Ground Segment, Level 1b Product Format Specification, TX-GS-DD-3307.
+/// Geometry in a product of TerraSAR-X, TanDEM-X or PAZ in slant range (SSC). Names and meanings:
+/// TerraSAR-X Ground Segment, Level 1b Product Format Specification, TX-GS-DD-3307.
 struct TerraSarXProduct : ZeroDopplerImage {
   std::string mission, mode;   ///< TSX-1, SM
   std::string orbit_accuracy;  ///< SCIE, RAPD, ...

@@ -65,7 +65,7 @@ struct ReductionProblem {
 };
 /// The first problem of models by pass: values beyond their domain (ReductionModels), a body
 /// without the Earth's atmosphere or tide, an ionosphere without a wavelength or above the antenna,
-/// a date that is none.
+/// an invalid date.
 [[nodiscard]] std::optional<ReductionProblem> FindProblem(
     const Block& block, const std::vector<ReductionModels>& models);
 

@@ -103,7 +103,7 @@ class SelectionRows {
   std::vector<std::vector<Row>> rows_;  // by term and level - 1
 };
 
-/// What passes.csv says of a parameter of the chosen model.
+/// Text in passes.csv on a parameter of the chosen model.
 [[nodiscard]] std::string KeptText(const SelectionReport& report,
                                    const std::string& owner,
                                    const std::string& parameter);

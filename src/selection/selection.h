@@ -20,7 +20,7 @@ using AtSelection =
 /// docs/theory/selection.md). Starts from the measured values without any correction and adds
 /// terms and degrees, each with
 ///
-///     T = g' M^-1 g           Rao's score statistic: what it takes off v'Pv,
+///     T = g' M^-1 g           Rao's score statistic: the decrease of v'Pv,
 ///                             M = S_kk - S_k0 S_00^-1 S_0k, g = b_k - S_k0 S_00^-1 b_0
 ///     F = (T/k) / (v'Pv/f)    against the solution with it
 ///     delta BIC = f ln(v'Pv with / v'Pv without) + penalty

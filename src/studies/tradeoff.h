@@ -185,8 +185,8 @@ class TradeoffBench {
 /// A row as cells, without `pareto`: that needs the other rows.
 [[nodiscard]] StudyRow CellsOf(const TradeoffRow& row);
 
-/// The rows of a table with these columns, every number to the bit. Throws std::logic_error for a
-/// stage or clock that is none.
+/// The rows of a table with these columns, every number to the bit. Throws std::logic_error for an
+/// unknown stage or clock.
 [[nodiscard]] std::vector<TradeoffRow> TradeoffRowsOf(const StudyTable& table);
 
 /// The table of all rows, with `pareto` as the rows have it.

@@ -36,7 +36,7 @@ struct InputFile {
 [[nodiscard]] std::vector<InputFile> ListInputFiles(const std::filesystem::path& block,
                                                     const AdjustTable& options);
 
-/// What a result folder says about the run beside the result itself.
+/// Facts about a run that a result folder holds in addition to the result itself.
 struct ResultContext {
   std::string command = "adjust";     ///< adjust, intersect or predict
   std::vector<std::string> warnings;  ///< of reading the block; the result's own come after
@@ -70,7 +70,7 @@ std::string WriteResult(const std::filesystem::path& target,
                         const AdjustResult& result,
                         const ResultContext& context);
 
-/// One pass of a result: what summary.json says of it, and its path of trajectories.csv.
+/// One pass of a result: its entries in summary.json, and its path of trajectories.csv.
 struct ResultPass {
   std::string id;
   LookSide side = LookSide::kLeft;
@@ -127,7 +127,7 @@ struct ResultRepetition {
   std::vector<Figure> figures;
 };
 
-/// What summary.json says beside the passes. Figures that do not exist (null) are NaN.
+/// Content of summary.json without the passes. Figures that do not exist (null) are NaN.
 struct ResultSummary {
   std::string version;  ///< of the program that wrote it
   std::string command;  ///< adjust, intersect or predict

@@ -25,7 +25,7 @@ using PriorSigma = double;
 struct PositionCorrection {
   enum class Basis { kPolynomial, kSpline };
   enum class Axes { kTrack, kFrame };
-  /// What a prior says of the coefficients of a spline along an axis, one after the other
+  /// Prior relation between successive coefficients of a spline along an axis
   /// (docs/theory/adjustment.md, eq. (3c)).
   enum class Process {
     kWhite,       ///< they are independent of each other

@@ -708,8 +708,8 @@ struct Diagnosis {
 /// number; work is in operations, each a product and its sum. Fronts are those of one thread; each
 /// further one may keep a branch of the elimination tree more.
 struct ResourceNeeds {
-  std::uint64_t looks_bytes = 0;   ///< looks, their weights and what a result says of them
-  std::uint64_t points_bytes = 0;  ///< points, their state and what a result says of them
+  std::uint64_t looks_bytes = 0;   ///< looks, their weights and their results
+  std::uint64_t points_bytes = 0;  ///< points, their state and their results
   std::uint64_t block_bytes = 0;   ///< part of these two that the block takes as it was read
   /// Arrays of looks and points large enough for scratch files (src/core/memory.h) ...
   std::uint64_t large_bytes = 0;

@@ -8,8 +8,8 @@
 
 #include <Eigen/Core>
 
-/// What a measured range and time hold beyond geometry, and how points move with the Earth.
-/// Formulas with their sources: docs/theory/reductions.md.
+/// Delays contained in a measured range and time, and motion of points with the Earth. Formulas
+/// with their sources: docs/theory/reductions.md.
 namespace sarblock {
 
 /// Delay of a vertical ray from a height above the ellipsoid to space in the mean atmosphere of the

@@ -201,8 +201,8 @@ struct Scene {
   ScenePoints points;
   SceneControl control;
   SceneControl check;         ///< layout kRandom by default in files
-  ReductionModels delay;      ///< what the measured values hold beyond geometry
-  ReductionModels reduction;  ///< what the block says to take off
+  ReductionModels delay;      ///< delays contained in the measured values
+  ReductionModels reduction;  ///< reductions that the block asks for
   std::string adjust_toml;    ///< the [adjust] table as TOML text with its header; may be empty
 };
 
