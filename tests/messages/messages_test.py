@@ -53,6 +53,13 @@ class TableTest(unittest.TestCase):
             self.assertIn("words.txt:7: Words", printed)
             self.assertIn("got      3 in.txt:2: word: is bad", printed)
 
+    def test_of_every_second_row_the_first_and_third_are_run(self):
+        rest = "\n".join([ROW + "0\n", ROW + "3 in.txt:2: word: is bad\n"])  # the second would fail
+        self.table.write_text(HEAD + rest, encoding="utf-8")
+        with contextlib.redirect_stdout(io.StringIO()):
+            self.assertEqual(messages.check(self.program, self.table, False, 2), (2, 0))
+            self.assertEqual(messages.check(self.program, self.table, False), (3, 1))
+
     def test_a_refusal_that_leaves_something_fails(self):
         for word, problem in (("leave", "changed files"), ("print", "wrote to standard output: b'out")):
             _, failed, printed = self.check(HEAD + ROW + f"+ {word}\n3 in.txt:2: word: is bad\n")
