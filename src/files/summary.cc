@@ -64,7 +64,8 @@ class MemberWriter {
   Json* json_;
 };
 
-/// Members that are missing or null: NaN, and the values of a structure as it is made.
+/// Members that are missing or null: NaN, and the values of a structure as it is made. Names of an
+/// index are required.
 class MemberReader {
  public:
   explicit MemberReader(const JsonValue& section) : section_(section) {}
@@ -84,7 +85,7 @@ class MemberReader {
   void Derived(const char*, const T&) const {}
   template <typename T>
   void Choice(const char* name, T& value, const std::vector<std::string>& names) const {
-    if (const auto found = section_.Find(name)) value = static_cast<T>(found->OneOf(names));
+    value = static_cast<T>(section_.Require(name).OneOf(names));
   }
 
  private:
