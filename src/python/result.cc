@@ -174,6 +174,24 @@ py::object Reasons(const ResultData& data) {
 using ResultArrayGetter = std::function<py::object(const py::handle&, const ResultData&)>;
 using ResultArrays = std::map<std::string, ResultArrayGetter>;
 
+/// A list of a result, of whose rows members are shown.
+template <typename Row>
+using RowsOf = const std::vector<Row>& (ResultData::*)() const;
+
+template <typename Row, typename Number>
+ResultArrayGetter Column(RowsOf<Row> rows, Number Row::*member) {
+  return [rows, member](const py::handle& self, const ResultData& data) {
+    return ColumnView(self, (data.*rows)(), member);
+  };
+}
+
+template <typename Row>
+ResultArrayGetter Vectors(RowsOf<Row> rows, Eigen::Vector3d Row::*member) {
+  return [rows, member](const py::handle& self, const ResultData& data) {
+    return VectorView(self, (data.*rows)(), member);
+  };
+}
+
 ResultArrays PointArrays() {
   const auto column = [](std::vector<double> PointResults::*member) {
     return [member](const py::handle& self, const ResultData& data) {
@@ -225,32 +243,17 @@ ResultArrays CorrectionArrays() {
       return ParameterTexts(data, member);
     };
   };
-  const auto numbers = [](double ParameterResult::*member) {
-    return [member](const py::handle& self, const ResultData& data) {
-      return ColumnView(self, data.parameters(), member);
-    };
-  };
-  const auto indices = [](std::uint32_t ParameterCovariance::*member) {
-    return [member](const py::handle& self, const ResultData& data) {
-      return ColumnView(self, data.parameter_covariance(), member);
-    };
-  };
+  constexpr auto kEntries = &ResultData::parameter_covariance;
   return {
       {"corrections.owner", texts(&ParameterResult::owner)},
       {"corrections.name", texts(&ParameterResult::name)},
       {"corrections.unit", texts(&ParameterResult::unit)},
-      {"corrections.value", numbers(&ParameterResult::value)},
-      {"corrections.sigma",
-       [](const py::handle& self, const ResultData& data) {
-         return ColumnView(self, data.parameters(), &ParameterResult::sigma);
-       }},
-      {"corrections.prior_sigma", numbers(&ParameterResult::prior_sigma)},
-      {"corrections.covariance_row", indices(&ParameterCovariance::a)},
-      {"corrections.covariance_column", indices(&ParameterCovariance::b)},
-      {"corrections.covariance_value",
-       [](const py::handle& self, const ResultData& data) -> py::object {
-         return ColumnView(self, data.parameter_covariance(), &ParameterCovariance::covariance);
-       }},
+      {"corrections.value", Column(&ResultData::parameters, &ParameterResult::value)},
+      {"corrections.sigma", Column(&ResultData::parameters, &ParameterResult::sigma)},
+      {"corrections.prior_sigma", Column(&ResultData::parameters, &ParameterResult::prior_sigma)},
+      {"corrections.covariance_row", Column(kEntries, &ParameterCovariance::a)},
+      {"corrections.covariance_column", Column(kEntries, &ParameterCovariance::b)},
+      {"corrections.covariance_value", Column(kEntries, &ParameterCovariance::covariance)},
   };
 }
 
@@ -312,58 +315,21 @@ ResultArrays LookArrays() {
 }
 
 ResultArrays OtherArrays() {
-  const auto station = [](Eigen::Vector3d StripStation::*member) {
-    return [member](const py::handle& self, const ResultData& data) {
-      return VectorView(self, data.strips(), member);
-    };
-  };
   return {
-      {"checks.point_index",
-       [](const py::handle& self, const ResultData& data) {
-         return ColumnView(self, data.checks(), &CheckResult::point);
-       }},
-      {"checks.error_enu_m",
-       [](const py::handle& self, const ResultData& data) {
-         return VectorView(self, data.checks(), &CheckResult::error_enu_m);
-       }},
-      {"checks.sigma_enu_m",
-       [](const py::handle& self, const ResultData& data) {
-         return VectorView(self, data.checks(), &CheckResult::sigma_enu_m);
-       }},
-      {"checks.chi_square_1",
-       [](const py::handle& self, const ResultData& data) {
-         return ColumnView(self, data.checks(), &CheckResult::chi_square);
-       }},
-      {"strips.pass_index",
-       [](const py::handle& self, const ResultData& data) {
-         return ColumnView(self, data.strips(), &StripStation::pass);
-       }},
-      {"strips.time_s",
-       [](const py::handle& self, const ResultData& data) {
-         return ColumnView(self, data.strips(), &StripStation::time_s);
-       }},
-      {"strips.strip_time_1",
-       [](const py::handle& self, const ResultData& data) {
-         return ColumnView(self, data.strips(), &StripStation::strip_time);
-       }},
-      {"strips.antenna_m", station(&StripStation::antenna_m)},
-      {"strips.correction_m", station(&StripStation::correction_m)},
+      {"checks.point_index", Column(&ResultData::checks, &CheckResult::point)},
+      {"checks.error_enu_m", Vectors(&ResultData::checks, &CheckResult::error_enu_m)},
+      {"checks.sigma_enu_m", Vectors(&ResultData::checks, &CheckResult::sigma_enu_m)},
+      {"checks.chi_square_1", Column(&ResultData::checks, &CheckResult::chi_square)},
+      {"strips.pass_index", Column(&ResultData::strips, &StripStation::pass)},
+      {"strips.time_s", Column(&ResultData::strips, &StripStation::time_s)},
+      {"strips.strip_time_1", Column(&ResultData::strips, &StripStation::strip_time)},
+      {"strips.antenna_m", Vectors(&ResultData::strips, &StripStation::antenna_m)},
+      {"strips.correction_m", Vectors(&ResultData::strips, &StripStation::correction_m)},
       {"strips.correction_sigma_m",
-       [](const py::handle& self, const ResultData& data) {
-         return VectorView(self, data.strips(), &StripStation::correction_sigma_m);
-       }},
-      {"pairs.first_index",
-       [](const py::handle& self, const ResultData& data) {
-         return ColumnView(self, data.pairs(), &PairResult::a);
-       }},
-      {"pairs.second_index",
-       [](const py::handle& self, const ResultData& data) {
-         return ColumnView(self, data.pairs(), &PairResult::b);
-       }},
-      {"pairs.difference_enu_m",
-       [](const py::handle& self, const ResultData& data) {
-         return VectorView(self, data.pairs(), &PairResult::difference_enu_m);
-       }},
+       Vectors(&ResultData::strips, &StripStation::correction_sigma_m)},
+      {"pairs.first_index", Column(&ResultData::pairs, &PairResult::a)},
+      {"pairs.second_index", Column(&ResultData::pairs, &PairResult::b)},
+      {"pairs.difference_enu_m", Vectors(&ResultData::pairs, &PairResult::difference_enu_m)},
       {"pairs.covariance_enu_m2",
        [](const py::handle&, const ResultData& data) {
          const std::vector<PairResult>& pairs = data.pairs();
