@@ -3,8 +3,8 @@
 # All tests from a fresh clone: installs the packages that are missing; builds Release with warnings
 # as errors and every public header compiled alone; runs its tests (units, seeded statistics, house
 # rules, the installed package used by a project outside); then builds with clang, warnings as errors
-# again, and runs the tests under AddressSanitizer and UndefinedBehaviorSanitizer, of the tables of
-# messages each fourth row. The last line is
+# again, and runs the tests under AddressSanitizer and UndefinedBehaviorSanitizer, with every fourth
+# row of the tables of messages. The last line is
 # `N passed, N failed` (with sanitizers a part of a module's tests counts as one); the exit status is 0
 # only if nothing failed.
 #

@@ -88,8 +88,9 @@ void ArrangeLooks(const files::ResultLooks& looks, ReportLooks* out) {
       keep(looks.mdb_m[k], i, &out->mdb_m[k]);
       keep(looks.influence_m[k], i, &out->influence_m[k]);
       keep(looks.quality.w[k], i, &out->w[k]);
-      const bool weak = !looks.quality.redundancy[k].empty() &&
-                        !(static_cast<double>(looks.quality.redundancy[k][i]) >= ReportLooks::kMinTested);
+      const bool weak =
+          !looks.quality.redundancy[k].empty() &&
+          !(static_cast<double>(looks.quality.redundancy[k][i]) >= ReportLooks::kMinTested);
       if (!looks.quality.w[k].empty() && !weak) {
         worst.Add(std::abs(static_cast<double>(looks.quality.w[k][i])), {i, k});
       }

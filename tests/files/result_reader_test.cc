@@ -371,6 +371,8 @@ TEST_F(ResultReaderTest, ALocalFrameIsReadAsOne) {
 }
 
 TEST_F(ResultReaderTest, FaultsAreNamedWithFileLineAndField) {
+  result_.reductions.terms = {{1, "tide", "m", 0.125, -0.25, 0.375}};
+  result_.assessment.differences = {{true, 7, 500.5, 0.0625, 0.1875, 0.3125}};
   struct Case {
     const char *file, *from, *to, *message;
   };
@@ -388,6 +390,22 @@ TEST_F(ResultReaderTest, FaultsAreNamedWithFileLineAndField) {
             "verdict: 'unaccepted' is not known"},
            {"summary.json", "\"points\": 2", "\"points\": 3", "points.csv: has 2 points where"},
            {"summary.json", "\"looks\": 3", "\"looks\": 4", "residuals.csv: has 3 looks where"},
+           {"summary.json",
+            "\"pass\": \"B\",\n      \"term\"",
+            "\"pass\": \"C\",\n      \"term\"",
+            "reductions[0].pass: 'C' is not known, A or B is allowed"},
+           {"summary.json",
+            "\"pass\": \"B\",\n      \"term\"",
+            "\"term\"",
+            "reductions[0].pass: is missing"},
+           {"summary.json",
+            "\"direction\": \"along\"",
+            "\"direction\": \"up\"",
+            "differences[0].direction: 'up' is not known, across or along is allowed"},
+           {"summary.json",
+            "\"direction\": \"along\",",
+            "",
+            "differences[0].direction: is missing"},
            {"points.csv", "P,check", "P,cheque", "points.csv:2: role: 'cheque' is not known"},
            {"points.csv", "adjusted", "adjuster", "points.csv:2: status: 'adjuster' is not"},
            {"points.csv", "6371000.5", "", "points.csv:2: x_m: is empty, a solved point has"},

@@ -160,6 +160,8 @@ def main():
     parser.add_argument("--every", type=int, default=1, metavar="N", help="of each section the first row and each N-th")
     parser.add_argument("tables", type=pathlib.Path, nargs="+")
     options = parser.parse_args()
+    if options.every < 1:
+        parser.error("argument --every: 1 or more is allowed")
     total = wrong = 0
     for path in options.tables:
         count, failed = check(options.program.resolve(), path, options.update, options.every)
