@@ -527,7 +527,7 @@ std::string DescribeDirection(const AdjustmentProblem& problem,
   const Meaning meaning = direction.motion.empty() ? MeaningOf(families, owners.size(), alone)
                                                    : MeaningOfMotion(direction.motion);
   text += ": " + meaning.words;
-  if (!direction.undetermined || std::isfinite(direction.parameters.front().sigma)) {
+  if (!direction.undetermined) {
     const WeakParameter& first = direction.parameters.front();
     const Parameter& parameter = layout.parameters[static_cast<std::size_t>(first.index)];
     text += " (" + layout.Describe(first.index) + " has a standard deviation of " +

@@ -11,11 +11,11 @@
 #include <string>
 #include <vector>
 
+#include "linear/dense.h"
 #include "normals/reduced_system.h"
 #include "solve/rank.h"
 #include "solve/weak_directions.h"
 #include "support/small_blocks.h"
-#include <Eigen/QR>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -105,6 +105,8 @@ TEST_F(RankTest, NamesTheSixMotionsOfABlockThatFloats) {
     EXPECT_LT(direction.eigenvalue, kMinEigenvalue);
     EXPECT_TRUE(direction.moved_point.has_value());
     EXPECT_THAT(direction.text, HasSubstr("; removed by "));
+    // How large a standard deviation is there is a matter of rounding.
+    EXPECT_THAT(direction.text, testing::Not(HasSubstr("standard deviation")));
   }
 }
 
@@ -123,8 +125,7 @@ TEST_F(RankTest, WordsBelongToTheSubspaceAndNotToTheVectorsThatSpanIt) {
       static_cast<Eigen::Index>(std::find(pass_of.begin(), pass_of.end(), 1) - pass_of.begin());
   weak.col(6) = Eigen::VectorXd::Unit(n, 0) - Eigen::VectorXd::Unit(n, 1);
   weak.col(7) = Eigen::VectorXd::Unit(n, second) - Eigen::VectorXd::Unit(n, second + 1);
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(weak);
-  weak = qr.householderQ() * Eigen::MatrixXd::Identity(n, 8);
+  weak = dense::Orthogonal(weak).Q(8);
   const Eigen::VectorXd scale = Eigen::VectorXd::Ones(n);
   const std::vector<NamedDirection> expected = NameableBasis(*problem_, pass_of, scale, weak);
   ASSERT_EQ(expected.size(), 8U);
@@ -132,9 +133,8 @@ TEST_F(RankTest, WordsBelongToTheSubspaceAndNotToTheVectorsThatSpanIt) {
   for (int draw = 0; draw < 20; ++draw) {
     Eigen::MatrixXd turn(8, 8);
     for (double& value : turn.reshaped()) value = random.Normal();
-    const Eigen::HouseholderQR<Eigen::MatrixXd> rotation(turn);
     const std::vector<NamedDirection> found =
-        NameableBasis(*problem_, pass_of, scale, weak * Eigen::MatrixXd(rotation.householderQ()));
+        NameableBasis(*problem_, pass_of, scale, weak * dense::Orthogonal(turn).Q(turn.rows()));
     ASSERT_EQ(found.size(), expected.size());
     for (std::size_t k = 0; k < found.size(); ++k) {
       EXPECT_EQ(found[k].motion, expected[k].motion) << draw << " " << k;
