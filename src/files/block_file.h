@@ -159,6 +159,14 @@ inline constexpr const char* kAllAdjusted = "all";
 /// Ids of the passes, for BlockIds.
 [[nodiscard]] IdTable PassIds(const Block& block);
 
+/// Ids of a list of passes, of a block or a result, in its order.
+template <typename Passes>
+[[nodiscard]] std::vector<std::string> IdsOf(const Passes& passes) {
+  std::vector<std::string> ids;
+  for (const auto& pass : passes) ids.push_back(pass.id);
+  return ids;
+}
+
 /// The paths as the block gives them.
 [[nodiscard]] std::vector<FlightPath> NominalPaths(const Block& block);
 

@@ -356,13 +356,6 @@ Json ChiSquare(const AdjustTable& options, const AdjustResult& result) {
   return json;
 }
 
-template <typename PassList>
-std::vector<std::string> IdsOf(const PassList& passes) {
-  std::vector<std::string> ids;
-  for (const auto& pass : passes) ids.push_back(pass.id);
-  return ids;
-}
-
 Json Selection(const SelectionReport& selection) {
   Json kept = Json::array(), held = Json::array();
   for (const CandidateResult& candidate : selection.candidates) {

@@ -17,6 +17,7 @@
 #include "arrays.h"
 #include "core/text.h"
 #include "core/threads.h"
+#include "files/block_file.h"
 #include "module.h"
 #include "tables/open.h"
 #include "tables/table.h"
@@ -24,16 +25,6 @@
 #include <pybind11/stl/filesystem.h>
 
 namespace sarblock::python {
-namespace {
-
-std::vector<std::string> PassIds(const Block& block) {
-  std::vector<std::string> ids;
-  for (const Pass& pass : block.passes) ids.push_back(pass.id);
-  return ids;
-}
-
-}  // namespace
-
 BlockPointer ReadBlockAt(const std::filesystem::path& path,
                          const std::vector<std::string>& overrides,
                          files::Measurements measurements,
@@ -77,7 +68,8 @@ BlockPointer SimulateScene(const std::string& name,
   SimulatedBlock simulated = CallInLibrary(
       threads, progress, [&] { return Naming(name, [&] { return Simulate(scene, progress); }); });
   auto data = std::make_shared<BlockData>();
-  data->file.adjust = files::ReadAdjustTable(scene.adjust_toml, name, PassIds(simulated.block));
+  data->file.adjust =
+      files::ReadAdjustTable(scene.adjust_toml, name, files::IdsOf(simulated.block.passes));
   data->file.block = std::move(simulated.block);
   data->truth = std::move(simulated.truth);
   data->toml = files::DumpAdjustTable(data->file.adjust);  // as its block.toml would have it
@@ -98,7 +90,7 @@ files::AdjustTable OptionsOf(const BlockData& data,
     all.push_back(text);
   }
   files::AdjustTable options =
-      files::ReadAdjustTable(data.toml, data.toml_name, PassIds(data.file.block), all);
+      files::ReadAdjustTable(data.toml, data.toml_name, files::IdsOf(data.file.block.passes), all);
   options.threads = threads > 0 ? threads : AvailableCores();
   return options;
 }

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "arrays.h"
+#include "files/block_file.h"
 #include "files/convert.h"
 #include "module.h"
 #include "tables/open.h"
@@ -83,13 +84,7 @@ AdjustResult Run(Task task,
 }  // namespace
 
 std::vector<std::string> ResultData::PassIds() const {
-  std::vector<std::string> ids;
-  if (file) {
-    for (const files::ResultPass& pass : file->passes) ids.push_back(pass.id);
-  } else {
-    for (const Pass& pass : solved->block().passes) ids.push_back(pass.id);
-  }
-  return ids;
+  return file ? files::IdsOf(file->passes) : files::IdsOf(solved->block().passes);
 }
 
 std::string ResultData::Summary() const {
