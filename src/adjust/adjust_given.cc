@@ -390,7 +390,8 @@ AdjustOptions SolveAndSearch(const AdjustOptions& asked,
                                     solution.problem,
                                     solution.state,
                                     progress,
-                                    solution.system);
+                                    solution.system,
+                                    solution.system->has_value());
     }
     // Before points are led back one by one: what pulls at all of them is found first.
     if (!tried && by_consensus(FindContradiction(plain, solution))) return agreed;
@@ -450,6 +451,7 @@ AdjustResult AdjustGiven(const Block& block,
   std::vector<std::string> structure;
   PointDefects defects;
   bool floating = false;
+  std::optional<ReducedSystem> system;  // formed at the state
   {
     const StageTimer timer("start", &result.stages);
     StartReport start = ComputeStartValues(&problem, progress);
@@ -467,17 +469,19 @@ AdjustResult AdjustGiven(const Block& block,
       Warn(&result, finding.text);
     }
     RequireCovarianceMethod(problem, asked);
-    std::optional<ReducedSystem> system;
     system.emplace(problem);
     const ResourceNeeds needs = PredictNeeds(problem, asked, &*system);
     if (const std::string text = ProblemOfMemory(needs, asked); !text.empty()) {
       throw InputError(FilePlace{}, text);
     }
-    system->Form(state, {}, progress);
+    const auto form = [&] {
+      system->FormSettled({.renewed = &problem.weights}, 0.0, kMaxOwnStep, &state, progress);
+    };
+    form();
     if (asked.datum == Datum::kInner) {
       floating = FixDatumIfFloating(state, &problem);
       if (floating) {
-        system->Form(state, {}, progress);
+        form();
       } else {
         Warn(&result, "control or priors give the block a datum: inner constraints change nothing");
       }
@@ -486,10 +490,11 @@ AdjustResult AdjustGiven(const Block& block,
     // start only are judged at the solution.
     if (system->weak_points().empty()) {
       RequireRegular(problem, FactorAndAnalyse(&*system, &state), structure);
+    } else {
+      system.reset();
     }
   }
   SolveReport solve;
-  std::optional<ReducedSystem> system;
   const Solution solution{&problem, &state, &solve, &system, &defects};
   bool unsettled = false;
   AdjustOptions options = SolveAndSearch(asked, solution, progress, &result, &unsettled);

@@ -266,11 +266,13 @@ Effect RootOfDifferences(const std::vector<Effect>& a, const std::vector<Effect>
     const bool take_b = i == a.size() || (j < b.size() && b[j].parameter <= a[i].parameter);
     const double across_m = (take_b ? turn * b[j].across_m : 0.0) - (take_a ? a[i].across_m : 0.0);
     const double up_m = (take_b ? b[j].up_m : 0.0) - (take_a ? a[i].up_m : 0.0);
-    sum.across_m = std::hypot(sum.across_m, across_m);
-    sum.up_m = std::hypot(sum.up_m, up_m);
+    sum.across_m += across_m * across_m;
+    sum.up_m += up_m * up_m;
     if (take_a) ++i;
     if (take_b) ++j;
   }
+  sum.across_m = std::sqrt(sum.across_m);
+  sum.up_m = std::sqrt(sum.up_m);
   return sum;
 }
 

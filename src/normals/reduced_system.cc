@@ -34,8 +34,12 @@ ReducedSystem::ReducedSystem(const AdjustmentProblem& problem,
   border_pattern_ = std::move(found.border);
   pieces_ = PointPieces(problem, *pattern_, bordered_);
   const std::size_t points = problem.block.points.size();
-  const std::size_t bytes = KeptFactors::BytesFor(points, found.looks, found.columns);
-  if (bytes <= most_kept_bytes) kept_bytes_ = bytes;
+  bytes_of_factors_ = KeptFactors::BytesFor(points, found.looks, found.columns);
+  KeepFactors(most_kept_bytes);
+}
+
+void ReducedSystem::KeepFactors(std::size_t most_bytes) {
+  kept_bytes_ = bytes_of_factors_ <= most_bytes ? bytes_of_factors_ : 0;
 }
 
 void ReducedSystem::Form(const BlockState& state,

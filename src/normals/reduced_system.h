@@ -56,11 +56,14 @@ struct SystemNeeds {
 /// not depend on the number of threads.
 class ReducedSystem {
  public:
-  /// Finds the pattern of S from the looks that take part. Up to `most_kept_bytes` the factors of
-  /// points are kept for a sweep at the same state.
+  /// Finds the pattern of S from the looks that take part. `most_kept_bytes`: see KeepFactors.
   explicit ReducedSystem(const AdjustmentProblem& problem,
                          std::size_t most_kept_bytes = 0,
                          ManyLooks many = ManyLooks::kBorder);
+
+  /// From the next Form on the factors of points are kept for a sweep at the same state, if they
+  /// fit into so many bytes.
+  void KeepFactors(std::size_t most_bytes);
 
   /// Forms S and its right-hand side at a state, priors included, with `damping` times the
   /// diagonal of J'J added to every unknown (0: none).
@@ -162,7 +165,8 @@ class ReducedSystem {
   Eigen::VectorXd full_gradient_;  // before elimination
   Eigen::VectorXd scale_;          // 1 / sqrt(S_ii)
   std::optional<BorderedCholesky> factor_;
-  std::size_t kept_bytes_ = 0;  // 0: none
+  std::size_t bytes_of_factors_ = 0;  // of all points
+  std::size_t kept_bytes_ = 0;        // 0: none
   std::optional<KeptFactors> kept_;
   std::vector<WeakPoint> weak_points_;
   BlockState* following_ = nullptr;  // while it is formed

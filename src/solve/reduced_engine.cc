@@ -136,7 +136,8 @@ namespace {
 struct Newton {
   Eigen::VectorXd step;
   double decrement = 0.0;
-  bool curved = false;  ///< second derivatives of the looks taken into account
+  double damping = 0.0;  ///< of the equations
+  bool curved = false;   ///< second derivatives of the looks taken into account
 };
 
 /// Length of a step in units of what each correction would be known to alone.
@@ -180,11 +181,12 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     change = std::max(change, system.weight_change());
     ++report.formed;
   };
-  const auto solve = [&](Newton* out) {
-    const bool rank = options.undamped && !system.weak_points().empty();
+  const auto solve = [&](double with_damping, Newton* out) {
+    const bool rank = with_damping == 0.0 && !system.weak_points().empty();
     if (rank || !system.FactorDamped()) return false;
     out->step = system.Step();
     out->decrement = system.NewtonDecrement(out->step);
+    out->damping = with_damping;
     out->curved = weighting.curved;
     return std::isfinite(out->decrement);
   };
@@ -193,11 +195,11 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     change = 0.0;
     weighting.curved = curved && !plain;
     form(at, with_damping);
-    if (solve(out)) return true;
+    if (solve(with_damping, out)) return true;
     if (!weighting.curved) return false;
     weighting.curved = false;
     form(at, with_damping);
-    return solve(out);
+    return solve(with_damping, out);
   };
   // Forms the state as it is and its step, damped as much as that takes.
   const auto restart = [&] {
@@ -213,7 +215,9 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     return true;
   };
   bool crept_on = false;  // with weights that were kept
-  const bool starts = restart();
+  const bool begun = options.formed && system.looks_not_evaluated() == 0 && solve(0.0, &newton);
+  report.formed_at_state = begun;
+  const bool starts = begun || restart();
   // Damped steps start with the weights of their first state.
   bool weights_follow = renews && (!options.undamped || change > kWeightsKept);
   report.initial_cost = report.final_cost = system.cost();
@@ -260,7 +264,7 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       const bool safe = !slow && !curved && refused_in_turn == 0 && damping <= kFirstDamping;
       if (options.take_last_step && safe && report.iterations < options.max_iterations) {
         state->displacement_m =
-            SubstituteBack(problem, *state, weighting, damping, newton.step).displacement_m;
+            SubstituteBack(problem, *state, weighting, newton.damping, newton.step).displacement_m;
         state->corrections += newton.step;
         report.formed_at_state = false;
         ++report.iterations;
@@ -288,7 +292,7 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
       continue;
     }
     const Eigen::VectorXd& dx = newton.step;
-    PointSteps steps = SubstituteBack(problem, *state, weighting, damping, dx);
+    PointSteps steps = SubstituteBack(problem, *state, weighting, newton.damping, dx);
     const double predicted = steps.predicted_decrease + system.PredictedDecrease(dx);
     BlockState next;
     next.displacement_m = std::move(steps.displacement_m);
@@ -296,7 +300,7 @@ SolveReport SolveReduced(const AdjustmentProblem& problem,
     double bend_part = 0.0;
     if (bends) {
       const Eigen::VectorXd bend =
-          -system.SolveFor(BendOfStep(problem, *state, weighting, damping, dx));
+          -system.SolveFor(BendOfStep(problem, *state, weighting, newton.damping, dx));
       bend_part = LengthOf(bend, system) / LengthOf(dx, system);
       if (bend_part <= kMaxBend) {
         next.corrections += bend;

@@ -42,6 +42,9 @@ struct SolveOptions {
   bool undamped = false;  ///< of SolveReduced
   /// First damping, where it is more than the least that a solution begins with; of SolveReduced.
   double damping = 0.0;
+  /// The system is formed at the state, undamped, as SolveReduced would form it: the first step is
+  /// made of it where it determines every point.
+  bool formed = false;  ///< of SolveReduced
   /// Each step of the corrections is judged after every point has followed it.
   bool points_follow = true;  ///< of SolveReduced
   /// Takes second derivatives into account (Weighting::curved) wherever the decrement is small

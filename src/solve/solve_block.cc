@@ -160,7 +160,8 @@ SolveReport SolveRounds(const Weighting& weighting,
                         AdjustmentProblem* problem,
                         BlockState* state,
                         ProgressSink* progress,
-                        std::optional<ReducedSystem>* solved) {
+                        std::optional<ReducedSystem>* solved,
+                        bool formed) {
   SolveReport total;
   // A redescending loss has many minima: it starts from the solution of a convex one, which has an
   // allowance of iterations of its own.
@@ -175,7 +176,11 @@ SolveReport SolveRounds(const Weighting& weighting,
   const int allowed = total.iterations + options.max_iterations;
   std::optional<ReducedSystem> own;
   std::optional<ReducedSystem>& system = solved == nullptr ? own : *solved;
-  system.emplace(*problem, KeptFactors::kMaxBytes);
+  if (formed) {
+    system->KeepFactors(KeptFactors::kMaxBytes);
+  } else {
+    system.emplace(*problem, KeptFactors::kMaxBytes);
+  }
   Weighting weighted = weighting;
   if (least_squares) weighted.renewed = &problem->weights;
   bool finished = false;  // at the places where the paths were read
@@ -188,6 +193,7 @@ SolveReport SolveRounds(const Weighting& weighting,
     // The engine that was asked for comes near; what is left is the reduced engine's: least squares
     // are finished by steps that need no damping, a loss by second derivatives.
     const bool approach = round == 0;
+    solve.formed = formed && approach && least_squares && !ceres;
     const double near_enough = !least_squares ? kLossSettled : round == 1 ? kNearEnough : 0.0;
     solve.settle_below = approach ? kApproached : std::max(options.tolerance, near_enough);
     solve.take_last_step = approach && least_squares;

@@ -66,13 +66,15 @@ struct PassLooks {
 
 /// Solves a problem by the engine that is asked for; least squares end with whole Newton steps, the
 /// same for both engines. `solved`, where given, becomes the reduced system, without a loss and
-/// undamped, formed at the solution.
+/// undamped, formed at the solution; where it is `formed`, at the state with its weights, the first
+/// step is made of it.
 [[nodiscard]] SolveReport SolveRounds(const Weighting& weighting,
                                       const AdjustOptions& options,
                                       AdjustmentProblem* problem,
                                       BlockState* state,
                                       ProgressSink* progress,
-                                      std::optional<ReducedSystem>* solved = nullptr);
+                                      std::optional<ReducedSystem>* solved = nullptr,
+                                      bool formed = false);
 
 /// Newton step that a robust solution still has to go, in sigmas over all unknowns together;
 /// infinite where a look has no value or the equations under the loss cannot be solved.

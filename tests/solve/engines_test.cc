@@ -524,6 +524,28 @@ TEST(ReducedEngineTest, TakesAStepThatTheCostIsTooCoarseToShow) {
   }
 }
 
+// Second route: a solution whose first step is made of the system that the start formed ends where
+// another does, with one system less.
+TEST(ReducedEngineTest, BeginsWithASystemThatIsFormed) {
+  for (const char* scene : {"block-12-strips", "earth-same-side"}) {
+    const SceneBlock made = test::SmallSceneBlock(scene);
+    Prepared anew(made), begun(made);
+    SolveOptions options;
+    options.settle_below = 1e-8;
+    const SolveReport expected = SolveReduced(anew.problem, {}, options, &anew.state, nullptr);
+    ReducedSystem system(begun.problem);
+    system.FormSettled({}, 0.0, kMaxOwnStep, &begun.state, nullptr);
+    ASSERT_TRUE(system.weak_points().empty()) << scene;
+    options.formed = true;
+    const SolveReport report =
+        SolveReduced(begun.problem, {}, options, &system, &begun.state, nullptr);
+    EXPECT_TRUE(report.converged) << scene;
+    EXPECT_EQ(report.formed, expected.formed - 1) << scene;
+    const Eigen::VectorXd apart = begun.state.corrections - anew.state.corrections;
+    EXPECT_LT(apart.cwiseQuotient(system.Unit()).norm(), 1e-6) << scene;
+  }
+}
+
 // Closed form of a count: points that follow the paths make no step of the corrections shorter,
 // however many they are. Two paths start 90 and 141 m off; the linear step of a point leaves a
 // curve by metres.
