@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "core/text.h"
+#include "linear/dense.h"
 #include "normals/point.h"
 #include "normals/reduced_system.h"
 #include "quality/covariance.h"
@@ -26,7 +27,6 @@
 #include "solve/rank.h"
 #include "solve/reduced_engine.h"
 #include "solve/start.h"
-#include <Eigen/Cholesky>
 
 namespace sarblock {
 namespace {
@@ -293,7 +293,7 @@ bool CanFixPoint(const KnownPosition& known) {
   int fixed = 0;
   for (const bool component : known.fixed) fixed += component ? 1 : 0;
   if (fixed < 3) return fixed > 0;
-  return Eigen::LLT<Eigen::Matrix3d>(known.covariance_enu_m2).info() == Eigen::Success;
+  return dense::LowerFactor(known.covariance_enu_m2).has_value();
 }
 
 /// Sum of r ln sigma^2 of all measurements.

@@ -14,11 +14,11 @@
 #include <vector>
 
 #include "core/text.h"
+#include "linear/dense.h"
 #include "mistakes.h"
 #include "model/parameters.h"
 #include "model/priors.h"
 #include "sample.h"
-#include <Eigen/QR>
 
 namespace sarblock {
 namespace {
@@ -252,7 +252,8 @@ void TakeOffPolynomial(int degree, Eigen::VectorXd* coefficients) {
   const Eigen::VectorXd at = Eigen::VectorXd::LinSpaced(n, -1.0, 1.0);
   powers.col(0).setOnes();
   for (int k = 1; k <= degree; ++k) powers.col(k) = powers.col(k - 1).cwiseProduct(at);
-  *coefficients -= powers * powers.householderQr().solve(*coefficients);
+  const Eigen::MatrixXd q = dense::Orthogonal(powers).Q(degree + 1);
+  *coefficients -= q * (q.transpose() * *coefficients);
 }
 
 /// "position.up.1 9.81 m (most S3, 14.2 m)": root mean square of the new terms of a model, of a

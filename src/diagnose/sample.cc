@@ -14,9 +14,9 @@
 
 #include "block/read_recorded.h"
 #include "core/threads.h"
+#include "linear/dense.h"
 #include "model/look_model.h"
 #include "model/parameters.h"
-#include <Eigen/Cholesky>
 
 namespace sarblock {
 namespace {
@@ -51,7 +51,7 @@ std::vector<std::uint32_t> SpreadOrder(std::size_t count) {
 
 bool CanFix(const KnownPosition& known) {
   return known.fixed[0] && known.fixed[1] && known.fixed[2] &&
-         Eigen::LLT<Eigen::Matrix3d>(known.covariance_enu_m2).info() == Eigen::Success;
+         dense::LowerFactor(known.covariance_enu_m2).has_value();
 }
 
 /// Tie points that a pair of passes is to have: fewer where there are many passes.

@@ -195,6 +195,20 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+std::optional<Eigen::Matrix3d> LowerFactor(const Eigen::Matrix3d& a) {
+  const Eigen::LLT<Eigen::Matrix3d> factor(a);
+  if (factor.info() != Eigen::Success) return std::nullopt;
+  return factor.matrixL();
+}
+
+Eigen::Matrix3d InverseOfLower(const Eigen::Matrix3d& l) {
+  return l.triangularView<Eigen::Lower>().solve(Eigen::Matrix3d::Identity());
+}
+
+double InverseForm(const Eigen::Matrix3d& a, const Eigen::Vector3d& x) {
+  return x.dot(a.ldlt().solve(x));
+}
+
 Eigenpairs SymmetricEigenpairs(const MatrixXd& a) {
   const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(a);
   return {solver.eigenvalues(), solver.eigenvectors()};

@@ -12,8 +12,8 @@
 #include "image_table.h"
 #include "import.h"
 #include "isis.h"
+#include "linear/dense.h"
 #include "network.h"
-#include <Eigen/Cholesky>
 #include <fmt/core.h>
 
 namespace sarblock {
@@ -228,8 +228,7 @@ class NetworkImporter {
         }
       }
     }
-    if (!covariance_m2.allFinite() ||
-        Eigen::LLT<Eigen::Matrix3d>(covariance_m2 + FreeOnes(*fixed)).info() != Eigen::Success) {
+    if (!covariance_m2.allFinite() || !dense::LowerFactor(covariance_m2 + FreeOnes(*fixed))) {
       throw InputError(FilePlace{network_.file, 0, given.id},
                        "its a-priori covariance is none of a position");
     }

@@ -23,11 +23,11 @@
 #include "core/text.h"
 #include "core/threads.h"
 #include "geometry/track_axes.h"
+#include "linear/dense.h"
 #include "normals/back.h"
 #include "point_sweep.h"
 #include "solve/ceres_engine.h"
 #include "solve/reduced_engine.h"
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <boost/geometry.hpp>
@@ -228,7 +228,7 @@ double CheckFreedom(const AdjustmentProblem& problem,
       fixed_part[k] = known.fixed[static_cast<std::size_t>(k)] ? 1.0 : 0.0;
       q(k, k) += 1.0 - fixed_part[k];
     }
-    weight[at] = q.llt().solve(Eigen::Matrix3d(fixed_part.asDiagonal()));
+    weight[at] = dense::Cholesky(q).Inverse() * fixed_part.asDiagonal();
   }
   double of_part = 0.0, shared = 0.0;
   for (Eigen::Index i = 0; i < count; ++i) {

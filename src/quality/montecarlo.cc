@@ -16,7 +16,6 @@
 #include "core/threads.h"
 #include "linear/dense.h"
 #include "solve/solve_block.h"
-#include <Eigen/Cholesky>
 
 namespace sarblock {
 namespace {
@@ -260,10 +259,10 @@ class Collector {
                const SymmetricEnu& covariance_m2,
                std::size_t point) {
     const Eigen::Matrix3d matrix = MatrixOf(covariance_m2);
-    const Eigen::LLT<Eigen::Matrix3d> factor(matrix);
-    if (factor.info() != Eigen::Success || !matrix.allFinite()) return;
+    const std::optional<Eigen::Matrix3d> lower = dense::LowerFactor(matrix);
+    if (!lower || !matrix.allFinite()) return;
     const Eigen::Vector3d sigma_m = matrix.diagonal().cwiseSqrt();
-    const Eigen::Matrix3d whiten = factor.matrixL().solve(Eigen::Matrix3d::Identity());
+    const Eigen::Matrix3d whiten = dense::InverseOfLower(*lower);
     const Eigen::Vector3d position_m = state.Position(point);
     Reference reference;
     reference.normal_from_frame =

@@ -13,10 +13,10 @@
 #include <vector>
 
 #include "core/threads.h"
+#include "linear/dense.h"
 #include "model/problem.h"
 #include "normals/point.h"
 #include "verdict_tests.h"
-#include <Eigen/LU>
 
 namespace sarblock {
 namespace {
@@ -190,22 +190,35 @@ PointLinearization::Complements PointLinearization::Complement() {
 /// The same two products of rows of the complement M: M Y' and M C M'.
 template <int Rows>
 PointLinearization::Products<Rows> PointLinearization::ComplementProducts(int first, int rows) {
+  static_cast<void>(Complement());
   const PointColumns& columns = terms_.columns;
-  const Eigen::Ref<const RowMajor<Rows>, 0, Eigen::OuterStride<>> m =
-      Complement().middleRows<Rows>(first, rows);
-  const Eigen::Map<const RowMajor<3>> y(y_.data(), 3, columns.width);
-  RowMajor<Rows> c_m = RowMajor<Rows>::Zero(rows, columns.width);  // M C
-  for (std::size_t j = 0; j < columns.blocks.size(); ++j) {
-    for (std::size_t i = j; i < columns.blocks.size(); ++i) {
-      const auto block = inverse_->blocks.Block(columns.blocks[i], columns.blocks[j]);
-      const int bi = columns.begin[i], bj = columns.begin[j];
-      c_m.middleCols(bj, block.cols()).noalias() += m.middleCols(bi, block.rows()) * block;
-      if (i == j) continue;
-      c_m.middleCols(bi, block.rows()).noalias() +=
-          m.middleCols(bj, block.cols()) * block.transpose();
+  const auto width = static_cast<std::size_t>(columns.width), stride = width + 1;
+  const PointBlocks blocks = FindBlocks(problem_.layout, *inverse_->blocks.pattern(), &terms_);
+  const auto row_of = [&](int row) {
+    return columns.m.data() + static_cast<std::size_t>(row) * stride;
+  };
+  Products<Rows> out;
+  out.with_point.resize(rows, 3);
+  out.own.resize(rows, rows);
+  std::vector<double> c_m;  // three rows of M C
+  for (int k = 0; k < rows; k += 3) {
+    const int at = std::min(first + k, factor_.row_count - 3);
+    c_m.assign(3 * stride, 0.0);
+    Kernels().AddProductWithMatrix(
+        blocks, row_of(at), stride, inverse_->blocks.values().data(), c_m.data());
+    for (int row = k; row < std::min(k + 3, rows); ++row) {
+      for (int axis = 0; axis < 3; ++axis) {
+        const double* const of_axis = y_.data() + static_cast<std::size_t>(axis) * width;
+        out.with_point(row, axis) = Dot(width, row_of(first + row), of_axis);
+      }
+      const double* const product =
+          c_m.data() + static_cast<std::size_t>(first + row - at) * stride;
+      for (int other = 0; other < rows; ++other) {
+        out.own(row, other) = Dot(width, product, row_of(first + other));
+      }
     }
   }
-  return {m * y.transpose(), c_m * m.transpose()};
+  return out;
 }
 
 LookCovariance PointLinearization::Look(int k) {
@@ -367,7 +380,7 @@ std::vector<ControlQuality> ControlQualities(const AdjustmentProblem& problem,
               .residual[0] *
           std::sqrt(given(0, 0));
     }
-    const Eigen::MatrixXd weight = given.inverse();
+    const Eigen::MatrixXd weight = dense::Cholesky(given).Inverse();
     Eigen::MatrixXd of_residual = given;
     for (Eigen::Index i = 0; i < n; ++i) {
       of_residual.row(i) -= of_held.row(fixed[static_cast<std::size_t>(i)]);

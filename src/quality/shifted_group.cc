@@ -19,8 +19,8 @@
 #include "normals/point.h"
 #include "solve/rank.h"
 #include "solve/solve_block.h"
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 
 namespace sarblock {
 namespace {
@@ -78,7 +78,8 @@ struct ShiftTerms {
   }
   /// The shift that the point alone asks for, along what it shows of one.
   [[nodiscard]] Eigen::Vector2d Own() const {
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(redundancy);
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen;
+    eigen.computeDirect(redundancy);
     Eigen::Vector2d s = Eigen::Vector2d::Zero();
     const Eigen::Vector2d whitened(weight[0] > 0.0 ? g[0] / weight[0] : 0.0,
                                    weight[1] > 0.0 ? g[1] / weight[1] : 0.0);
@@ -121,7 +122,7 @@ Eigen::Vector2d StepOf(const Eigen::Vector2d& g, Eigen::Matrix2d m) {
   for (Eigen::Index k = 0; k < 2; ++k) {
     if (!(m(k, k) > 0.0)) m(k, k) = 1.0;
   }
-  return -m.ldlt().solve(g);
+  return -(m.inverse() * g);
 }
 
 /// What takes part where nothing was left out: what does now, and the looks that were lost.

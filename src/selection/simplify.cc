@@ -11,9 +11,9 @@
 #include <memory>
 
 #include "core/threads.h"
+#include "linear/dense.h"
 #include "normals/reduced_system.h"
 #include "solve/reduced_engine.h"
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 
 namespace sarblock {
@@ -258,7 +258,7 @@ bool FormStep(const BlockState& state, ProgressSink* progress, ReducedSystem* sy
 double LengthInSigmas(const Eigen::Vector3d& enu_m, const SymmetricEnu& c) {
   const Eigen::Matrix3d matrix = MatrixOf(c);
   if (!matrix.allFinite()) return 0.0;
-  return std::sqrt(std::max(0.0, enu_m.dot(matrix.ldlt().solve(enu_m))));
+  return std::sqrt(std::max(0.0, dense::InverseForm(matrix, enu_m)));
 }
 
 }  // namespace

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "geometry/track_axes.h"
+#include "linear/dense.h"
 #include "scene.h"
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 
 namespace sarblock {
@@ -142,8 +142,7 @@ class UnitProcess {
   }
   /// Taken from the acceleration down: the variances of a step fall by its square each.
   [[nodiscard]] static Eigen::Matrix3d FactorOf(const Eigen::Matrix3d& covariance) {
-    const Eigen::LLT<Eigen::Matrix3d> factor(covariance.reverse());
-    return Eigen::Matrix3d(factor.matrixL()).reverse();
+    return dense::LowerFactor(covariance.reverse())->reverse();
   }
   Eigen::Matrix3d stationary_, transition_, step_factor_, stationary_factor_;
 };

@@ -14,12 +14,12 @@
 #include <utility>
 
 #include "core/threads.h"
+#include "linear/dense.h"
 #include "normals/point.h"
 #include "reduced_engine.h"
 #include "solve_block.h"
 #include "start.h"
 #include "structure.h"
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 namespace sarblock {
@@ -116,7 +116,7 @@ class PairFit {
   }
   [[nodiscard]] double Distance(std::size_t i, const Eigen::Matrix2d& covariance) const {
     const Eigen::Vector2d rest = Rest(i);
-    return rest.dot(covariance.ldlt().solve(rest));
+    return rest.dot(covariance.inverse() * rest);
   }
 
   [[nodiscard]] double MedianSquare(std::vector<double>* squares) const {
@@ -156,7 +156,7 @@ class PairFit {
       }
       if (!(std::abs(a.determinant()) > 1e-2)) continue;
       fit_.setZero();
-      fit_.topRows<3>() = a.partialPivLu().solve(d);
+      fit_.topRows<3>() = a.inverse() * d;
       const double median = MedianSquare(&squares);
       if (median < least) {
         least = median;
@@ -202,8 +202,9 @@ class PairFit {
     // A direction without a spread of points keeps no slope.
     normal.diagonal().array() += 1e-9 * static_cast<double>(inliers.size());
     fit_.setZero();
+    const Eigen::MatrixXd of_columns = right.topRows(columns);
     fit_.topRows(columns) =
-        normal.topLeftCorner(columns, columns).ldlt().solve(right.topRows(columns));
+        dense::PivotedCholesky(normal.topLeftCorner(columns, columns)).Solve(of_columns);
     Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
     for (const std::size_t i : inliers) sum += Rest(i) * Rest(i).transpose();
     *covariance = AddFloor(sum / (static_cast<double>(inliers.size()) - columns));

@@ -15,11 +15,11 @@
 #include <variant>
 
 #include "core/threads.h"
+#include "linear/dense.h"
 #include "model/priors.h"
 #include "placement.h"
 #include "quality/point_sweep.h"
 #include "simulate/scene.h"
-#include <Eigen/Cholesky>
 #include <fmt/core.h>
 
 namespace sarblock {
@@ -472,12 +472,12 @@ Verification Verify(const Scene& scene,
   for (const std::uint32_t point : PointsCounted(simulated.block, predicted.points)) {
     const SymmetricEnu& q = predicted.points.covariance_m2[point];
     const Eigen::Matrix3d matrix = MatrixOf(q);
-    const Eigen::LLT<Eigen::Matrix3d> factor(matrix);
-    if (factor.info() != Eigen::Success) continue;
+    const std::optional<Eigen::Matrix3d> lower = dense::LowerFactor(matrix);
+    if (!lower) continue;
     references.push_back({point,
                           simulated.block.frame.EnuFromFrame(truth_m[point]),
                           axes ? axes(point) : Eigen::Matrix3d::Identity(),
-                          factor.matrixL().solve(Eigen::Matrix3d::Identity())});
+                          dense::InverseOfLower(*lower)});
   }
   AdjustOptions adjust = options;
   adjust.covariance = CovarianceLevel::kNone;

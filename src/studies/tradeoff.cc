@@ -24,7 +24,6 @@
 #include "core/threads.h"
 #include "linear/dense.h"
 #include "solve/start.h"
-#include <Eigen/Cholesky>
 #include <fmt/core.h>
 #include <malloc.h>
 #include <sys/resource.h>
@@ -494,7 +493,7 @@ AnswerErrors CompareAnswers(const Block& block,
     const Eigen::Matrix3d enu = block.frame.EnuFromFrame(best.position_m[point]);
     const Eigen::Matrix3d q = MatrixOf(best.covariance_m2[point]);
     const Eigen::Vector3d shift_m = enu * (answer.position_m[point] - best.position_m[point]);
-    shift.push_back(std::sqrt(shift_m.dot(q.llt().solve(shift_m))));
+    shift.push_back(std::sqrt(dense::InverseForm(q, shift_m)));
     const Eigen::Vector3d error_m = enu * (answer.position_m[point] - truth_m[point]);
     square_m2 += error_m.squaredNorm();
     ++solved;

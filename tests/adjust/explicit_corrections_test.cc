@@ -9,9 +9,9 @@
 
 #include "geometry/basis.h"
 #include "geometry/track_axes.h"
+#include "linear/dense.h"
 #include "model/parameters.h"
 #include "support/small_blocks.h"
-#include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 
 namespace sarblock {
@@ -69,7 +69,8 @@ class ExplicitBlock {
         jacobian.col(k) = (Residuals(ahead) - Residuals(behind)) / (2.0 * steps[k]);
       }
       const Eigen::MatrixXd normal = jacobian.transpose() * jacobian;
-      x -= normal.ldlt().solve(jacobian.transpose() * residual);
+      const Eigen::VectorXd gradient = jacobian.transpose() * residual;
+      x -= dense::PivotedCholesky(normal).Solve(gradient);
     }
     return x;
   }

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "linear/dense.h"
 #include "support/small_blocks.h"
 #include <Eigen/QR>
 #include <gtest/gtest.h>
@@ -49,7 +50,7 @@ Eigen::Vector3d SolveExplicit(const Block& block, std::size_t point, Eigen::Vect
                          ExplicitResiduals(block, point, p_m - step_m)) /
                         20.0;
     }
-    p_m -= jacobian.colPivHouseholderQr().solve(residual);
+    p_m -= dense::PivotedOrthogonal(jacobian).Solve(residual).col(0);
   }
   return p_m;
 }

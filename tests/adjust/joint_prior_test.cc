@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "linear/dense.h"
 #include "model/problem.h"
 #include "quality/assess.h"
 #include "quality/montecarlo.h"
@@ -80,7 +81,7 @@ TEST_P(JointPriorBlockTest, TestsOfPriorsAreThoseOfTheirFullMatrix) {
   ASSERT_EQ(result.joint_priors.size(), known_.block.passes.size());
   double strongest = 0.0;
   for (const JointPriorResult& prior : result.joint_priors) {
-    const Eigen::MatrixXd p = prior.covariance.matrix().fullPivLu().inverse();
+    const Eigen::MatrixXd p = dense::Cholesky(prior.covariance.matrix()).Inverse();
     std::vector<Eigen::Index> columns;
     Eigen::VectorXd v(p.rows());
     for (Eigen::Index i = 0; i < p.rows(); ++i) {
@@ -241,7 +242,9 @@ TEST(JointPriorDrawsTest, RedrawnPriorsHaveTheirCovariance) {
   const ExactReadings exact = ReadExactly(problem, state);
   constexpr int kRuns = 400;
   const Eigen::MatrixXd u =
-      options.priors[0].covariance.matrix().fullPivLu().inverse().eval().llt().matrixU();
+      dense::Cholesky(dense::Cholesky(options.priors[0].covariance.matrix()).Inverse())
+          .L()
+          .transpose();
   std::map<Eigen::Index, double> each;
   double all = 0.0;
   Block block = known.block;

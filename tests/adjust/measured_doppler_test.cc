@@ -8,8 +8,8 @@
 #include <cmath>
 #include <vector>
 
+#include "linear/dense.h"
 #include "support/small_blocks.h"
-#include <Eigen/Cholesky>
 #include <gtest/gtest.h>
 
 namespace sarblock {
@@ -73,9 +73,8 @@ Solved SolvePoint(const Block& block, std::size_t point, Eigen::Vector3d p_m) {
   Solved out;
   for (int iteration = 0; iteration < 15; ++iteration) {
     const Rows rows = RowsOf(block, point, p_m);
-    const Eigen::LLT<Eigen::Matrix3d> normal(rows.d_point.transpose() * rows.d_point);
-    p_m -= normal.solve(rows.d_point.transpose() * rows.error);
-    out.covariance_m2 = normal.solve(Eigen::Matrix3d::Identity());
+    out.covariance_m2 = dense::Cholesky(rows.d_point.transpose() * rows.d_point).Inverse();
+    p_m -= out.covariance_m2 * (rows.d_point.transpose() * rows.error);
     out.square = rows.error.squaredNorm();
   }
   out.position_m = p_m;

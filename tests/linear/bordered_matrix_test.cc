@@ -6,8 +6,7 @@
 #include <vector>
 
 #include "linear/block_cholesky.h"
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
+#include "linear/dense.h"
 #include <gtest/gtest.h>
 
 namespace sarblock {
@@ -28,9 +27,10 @@ BorderedMatrix Chain(unsigned seed, double part) {
     }
   }
   const MatrixXd dense = a.ToDense();
-  const double least = Eigen::SelfAdjointEigenSolver<MatrixXd>(dense).eigenvalues().minCoeff();
+  const double least = dense::SymmetricEigenvalues(dense).minCoeff();
   MatrixXd t = MatrixXd::NullaryExpr(3, a.rows(), [&] { return normal(engine); });
-  t *= std::sqrt(part * least) / t.operatorNorm();
+  t *= std::sqrt(part * least) /
+       std::sqrt(dense::SymmetricEigenvalues(t * t.transpose()).maxCoeff());
   return {std::move(a), std::move(t)};
 }
 
@@ -51,7 +51,7 @@ TEST(BorderedMatrixTest, SolvesAndInvertsAsTheDenseMatrixDoes) {
     const BorderedMatrix matrix = Chain(seed, 0.93);
     const MatrixXd t = matrix.border.ToDense();
     const MatrixXd s = matrix.sparse.ToDense() - t.transpose() * t;
-    const MatrixXd inverse = s.inverse();
+    const MatrixXd inverse = dense::Cholesky(s).Inverse();
     EXPECT_LT((matrix.ToDense() - s).norm(), 1e-14 * s.norm());
     EXPECT_LT((matrix.Diagonal() - s.diagonal()).norm(), 1e-14 * s.norm());
     const VectorXd x = VectorXd::LinSpaced(matrix.rows(), -0.7, 1.3);
@@ -111,7 +111,8 @@ TEST(BorderedMatrixTest, SolvesGroupsThatNothingElseJoinsSideBySide) {
   const MatrixXd t = matrix.border.ToDense();
   EXPECT_TRUE(t.middleCols(6, 2).isZero(0.0));  // block 3 is in no group
   EXPECT_EQ(t(2, 3), *matrix.border.At(2, 3));
-  const MatrixXd s = matrix.sparse.ToDense() - t.transpose() * t, inverse = s.inverse();
+  const MatrixXd s = matrix.sparse.ToDense() - t.transpose() * t;
+  const MatrixXd inverse = dense::Cholesky(s).Inverse();
   BorderedCholesky factor(matrix.sparse);
   ASSERT_TRUE(factor.Factorize(matrix));
   MatrixXd columns = MatrixXd::Identity(s.rows(), s.cols());

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "linear/block_cholesky.h"
+#include "linear/dense.h"
 #include "random_block_matrix.h"
 #include <gtest/gtest.h>
 
@@ -20,7 +21,7 @@ double LargestDifference(const BlockSymmetricMatrix& matrix, std::span<const int
   const BlockSymmetricMatrix selected = cholesky.SelectedInverse();
   EXPECT_EQ(selected.pattern(), matrix.pattern());
   const MatrixXd dense = matrix.ToDense();
-  const MatrixXd inverse = dense.llt().solve(MatrixXd::Identity(dense.rows(), dense.rows()));
+  const MatrixXd inverse = dense::Cholesky(dense).Inverse();
   double largest = 0.0;
   for (int j = 0; j < matrix.block_count(); ++j) {
     for (const int i : matrix.RowsOfColumn(j)) {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 
+#include "linear/dense.h"
 #include "normals/point.h"
 #include "support/small_blocks.h"
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <gtest/gtest.h>
 
 namespace sarblock {
@@ -76,9 +75,9 @@ TEST_F(EliminationTest, IsTheThinQrFactorisationAndTheSchurComplement) {
     const Eigen::MatrixXd& jp = rows.d_point;
     const Eigen::MatrixXd& rest = rows.rest;
 
-    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(jp);
-    const Eigen::MatrixXd q1 = qr.householderQ() * Eigen::MatrixXd::Identity(m, 3);
-    const Eigen::Matrix3d r = qr.matrixQR().topRows(3).triangularView<Eigen::Upper>();
+    const dense::Orthogonal qr(jp);
+    const Eigen::MatrixXd q1 = qr.Q(3);
+    const Eigen::Matrix3d r = qr.R();
     const Eigen::MatrixXd t = q1.transpose() * rest;
     const double size = rest.norm();  // the time column: 173 m/s over about a metre
     const Eigen::Vector3d c = Project(factor, factor.e);
@@ -94,9 +93,10 @@ TEST_F(EliminationTest, IsTheThinQrFactorisationAndTheSchurComplement) {
     }
     const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>
         complement(columns.m.data(), m, n);
+    const Eigen::MatrixXd shared = jp.transpose() * rest;
     const Eigen::MatrixXd schur =
         rest.transpose() * rest -
-        rest.transpose() * jp * (jp.transpose() * jp).partialPivLu().solve(jp.transpose() * rest);
+        shared.transpose() * dense::Cholesky(jp.transpose() * jp).Inverse() * shared;
     EXPECT_LT((complement.transpose() * complement - schur).norm(), 1e-12 * size * size);
     // Nothing of J_p is left in it.
     EXPECT_LT((q1.transpose() * complement).norm(), 1e-15 * size);

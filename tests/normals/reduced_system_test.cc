@@ -9,13 +9,12 @@
 #include <string>
 #include <vector>
 
+#include "linear/dense.h"
 #include "normals/back.h"
 #include "solve/rank.h"
 #include "support/dense_normals.h"
 #include "support/small_blocks.h"
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <Eigen/QR>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -50,9 +49,8 @@ BlockState StateOf(const test::KnownBlock& known, AdjustmentProblem* problem, do
 Eigen::MatrixXd SchurComplementOf(const test::DenseEquations& dense) {
   const Eigen::MatrixXd& j = dense.jacobian;
   const Eigen::Index p = dense.first_correction;
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(j.leftCols(p));
-  const Eigen::MatrixXd rotated = qr.householderQ().transpose() * j.rightCols(j.cols() - p);
-  const Eigen::MatrixXd below = rotated.bottomRows(j.rows() - p);
+  const Eigen::MatrixXd q = dense::Orthogonal(j.leftCols(p)).Q(j.rows());
+  const Eigen::MatrixXd below = q.rightCols(j.rows() - p).transpose() * j.rightCols(j.cols() - p);
   return below.transpose() * below;
 }
 
@@ -103,8 +101,8 @@ TEST_P(ReducedSystemTest, GivesTheDenseNewtonStep) {
   const Eigen::MatrixXd& j = dense_.jacobian;
   const Eigen::VectorXd length = j.colwise().norm();
   const Eigen::MatrixXd scaled = j * length.cwiseInverse().asDiagonal();
-  const Eigen::VectorXd step =
-      -(length.cwiseInverse().asDiagonal() * scaled.householderQr().solve(dense_.residual));
+  const Eigen::VectorXd step = -(length.cwiseInverse().asDiagonal() *
+                                 dense::PivotedOrthogonal(scaled).Solve(dense_.residual).col(0));
   const Eigen::VectorXd expected = step.tail(problem_->layout.size());
   const Eigen::VectorXd difference = system_->Step() - expected;
   EXPECT_GT(expected.norm(), 0.01);
@@ -223,7 +221,7 @@ TEST(BendOfStepTest, GivesTheDenseStepAgainstWhatAStepLeaves) {
     const Eigen::VectorXd length = here.jacobian.colwise().norm();
     const Eigen::MatrixXd scaled = here.jacobian * length.cwiseInverse().asDiagonal();
     const Eigen::VectorXd expected =
-        -(length.cwiseInverse().asDiagonal() * scaled.householderQr().solve(left))
+        -(length.cwiseInverse().asDiagonal() * dense::PivotedOrthogonal(scaled).Solve(left).col(0))
              .eval()
              .tail(dx.size());
     const Eigen::VectorXd bend = -system.SolveFor(BendOfStep(problem, state, {}, 0.0, dx));
@@ -231,7 +229,8 @@ TEST(BendOfStepTest, GivesTheDenseStepAgainstWhatAStepLeaves) {
     EXPECT_LT((bend - expected).norm(), 1e-8 * expected.norm());
     // Along the step itself, by the dense residuals: points take their part first.
     const Eigen::MatrixXd of_points = here.jacobian.leftCols(here.jacobian.cols() - dx.size());
-    const Eigen::VectorXd kept = left - of_points * of_points.householderQr().solve(left);
+    const Eigen::VectorXd kept =
+        left - of_points * dense::PivotedOrthogonal(of_points).Solve(left).col(0);
     const double along = (here.jacobian.rightCols(dx.size()) * dx).dot(kept);
     std::vector<SampledPoint> all;
     for (std::size_t point = 0; point < problem.block.points.size(); ++point) {
@@ -248,7 +247,7 @@ TEST_P(ReducedSystemTest, EstimatesTheConditionOfTheScaledMatrix) {
   const Eigen::MatrixXd s = system_->SolveFor(Eigen::MatrixXd::Identity(n, n)).inverse();
   const Eigen::VectorXd unit = s.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::VectorXd values =
-      Eigen::MatrixXd(unit.asDiagonal() * s * unit.asDiagonal()).eigenvalues().real();
+      dense::SymmetricEigenvalues(unit.asDiagonal() * s * unit.asDiagonal());
   const double condition = values.maxCoeff() / values.minCoeff();
   EXPECT_LE(condition_, condition * 1.0001);
   EXPECT_GE(condition_, condition * 0.9);

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "linear/dense.h"
 #include "quality/point_sweep.h"
 #include "solve/ceres_engine.h"
 #include "solve/rank.h"
@@ -297,7 +298,9 @@ TEST_P(CovarianceTest, FreedomOfKnownPointsIsThatOfTheDenseCovariance) {
     for (std::size_t i = 0; i < checks.size(); ++i) {
       components += checks[i].components;
       for (std::size_t j = 0; j < checks.size(); ++j) {
-        sum += (block(i, i).inverse() * block(i, j) * block(j, j).inverse() * block(j, i)).trace();
+        const Eigen::MatrixXd a = dense::Cholesky(block(i, i)).Solve(block(i, j));
+        const Eigen::MatrixXd b = dense::Cholesky(block(j, j)).Solve(block(j, i));
+        sum += (a * b).trace();
       }
     }
     const double freedom = CheckFreedom(problem_, state_, *system_, checks, factor);

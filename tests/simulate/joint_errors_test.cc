@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "linear/dense.h"
 #include "simulate/scene.h"
 #include "simulate/true_path.h"
 #include "support/small_blocks.h"
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <gtest/gtest.h>
 
 namespace sarblock {
@@ -31,7 +31,7 @@ JointPrior Orbit() {
 TEST(JointErrorsTest, AreDrawnFromTheMatrix) {
   const Block block = test::MakeBlock(test::AircraftPlan()).block;
   const JointPrior prior = Orbit();
-  const Eigen::MatrixXd p = prior.Covariance().matrix().fullPivLu().inverse();
+  const Eigen::MatrixXd p = dense::Cholesky(prior.Covariance().matrix()).Inverse();
   double sum = 0.0;
   constexpr int kDraws = 2000;
   for (int draw = 0; draw < kDraws; ++draw) {

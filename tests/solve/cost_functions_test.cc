@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "cost/look_cost.h"
+#include "linear/dense.h"
 #include "solve/ceres_engine.h"
 #include "support/small_blocks.h"
-#include <Eigen/LU>
 #include <ceres/autodiff_cost_function.h>
 #include <gtest/gtest.h>
 
@@ -199,7 +199,7 @@ TEST_P(ControlCostTest, IsTheQuadraticFormOfTheHeldComponents) {
   ASSERT_EQ(static_cast<std::size_t>(cost.num_residuals()), fixed.size());
   // A lone height is that of the ellipsoid: 15 m aside on a sphere of 6.4e6 m are 2e-5 m.
   const double bound = fixed.size() == 1 ? 1e-3 : 1e-7;
-  EXPECT_NEAR(residual.squaredNorm(), e.dot(q.inverse() * e), bound);
+  EXPECT_NEAR(residual.squaredNorm(), e.dot(dense::Cholesky(q).Solve(e)), bound);
   for (Eigen::Index k = 0; k < 3; ++k) {
     const Eigen::Vector3d step = Eigen::Vector3d::Unit(k);
     const Eigen::VectorXd slope =

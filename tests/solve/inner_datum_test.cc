@@ -8,14 +8,13 @@
 #include <cmath>
 #include <optional>
 
+#include "linear/dense.h"
 #include "quality/covariance.h"
 #include "quality/point_sweep.h"
 #include "solve/rank.h"
 #include "support/dense_normals.h"
 #include "support/scene_blocks.h"
 #include "support/small_blocks.h"
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -77,15 +76,13 @@ struct DensePoints {
     const Eigen::MatrixXd j = dense.jacobian;
     const Eigen::MatrixXd jp = j.leftCols(p), jc = j.rightCols(j.cols() - p);
     // Complement of the corrections by an orthogonal factorisation, not by normal equations.
-    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(jc);
-    const Eigen::MatrixXd rotated = qr.householderQ().transpose() * jp;
-    const Eigen::MatrixXd below = rotated.bottomRows(j.rows() - jc.cols());
-    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(below, Eigen::ComputeThinV);
+    const Eigen::MatrixXd q = dense::Orthogonal(jc).Q(j.rows());
+    const Eigen::MatrixXd below = q.rightCols(j.rows() - jc.cols()).transpose() * jp;
+    const auto [values, v] = dense::DecomposeSingular(below);
     const Eigen::Index rank = p - defects;
-    gap = svd.singularValues()[rank - 1] / svd.singularValues()[rank];
-    const Eigen::MatrixXd v = svd.matrixV();
+    gap = values[rank - 1] / values[rank];
     null = v.rightCols(defects);
-    const Eigen::VectorXd inverse = svd.singularValues().head(rank).cwiseAbs2().cwiseInverse();
+    const Eigen::VectorXd inverse = values.head(rank).cwiseAbs2().cwiseInverse();
     pseudo_inverse = v.leftCols(rank) * inverse.asDiagonal() * v.leftCols(rank).transpose();
   }
   double gap = 0.0;
@@ -135,7 +132,8 @@ TEST_P(InnerDatumTest, OfNamedPointsIsTheTransformationOfTheDenseInverse) {
   }
   const Eigen::MatrixXd& g = dense.null;
   const Eigen::MatrixXd s =
-      Eigen::MatrixXd::Identity(n, n) - g * (g.transpose() * e * g).inverse() * g.transpose() * e;
+      Eigen::MatrixXd::Identity(n, n) -
+      g * dense::Cholesky(g.transpose() * e * g).Inverse() * g.transpose() * e;
   const Eigen::MatrixXd expected = s * dense.pseudo_inverse * s.transpose();
   const auto points = block.Points(block.Datum(some));
   for (std::size_t i = 0; i < points.size(); ++i) {

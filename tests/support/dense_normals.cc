@@ -12,9 +12,8 @@
 #include <variant>
 #include <vector>
 
+#include "linear/dense.h"
 #include "solve/start.h"
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <gtest/gtest.h>
 
 namespace sarblock::test {
@@ -68,8 +67,7 @@ void AppendRows(const AdjustmentProblem& problem,
                 const Eigen::MatrixXd& q,
                 Eigen::Index* row,
                 DenseEquations* out) {
-  const Eigen::MatrixXd inverse = q.fullPivLu().inverse();
-  const Eigen::MatrixXd upper = inverse.llt().matrixU();
+  const Eigen::MatrixXd upper = dense::Cholesky(dense::Cholesky(q).Inverse()).L().transpose();
   for (Eigen::Index i = 0; i < q.rows(); ++i, ++*row) {
     for (Eigen::Index j = 0; j < q.cols(); ++j) {
       const int parameter = parameters[static_cast<std::size_t>(j)];
