@@ -280,8 +280,9 @@ std::vector<WeakDirection> Name(const Context& context, const MatrixXd& weak, bo
     const double length = std::sqrt(std::max(direction.eigenvalue, kMinEigenvalue));
     moved.col(static_cast<Index>(out.size())) =
         context.scale.cwiseProduct(judged.vector) / (undetermined ? 1.0 : length);
-    // The factor of a lifted matrix says nothing of sigmas.
-    if (!context.singular) AddSigmas(context, &direction);
+    // The factor of a lifted matrix says nothing of sigmas, nor does an eigenvalue that is
+    // rounding.
+    if (!context.singular && !undetermined) AddSigmas(context, &direction);
     out.push_back(std::move(direction));
   }
   AddMovedPoints(context, moved, &out);
