@@ -390,8 +390,7 @@ AdjustOptions SolveAndSearch(const AdjustOptions& asked,
                                     solution.problem,
                                     solution.state,
                                     progress,
-                                    solution.system,
-                                    solution.system->has_value());
+                                    solution.system);
     }
     // Before points are led back one by one: what pulls at all of them is found first.
     if (!tried && by_consensus(FindContradiction(plain, solution))) return agreed;

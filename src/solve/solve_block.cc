@@ -160,8 +160,7 @@ SolveReport SolveRounds(const Weighting& weighting,
                         AdjustmentProblem* problem,
                         BlockState* state,
                         ProgressSink* progress,
-                        std::optional<ReducedSystem>* solved,
-                        bool formed) {
+                        std::optional<ReducedSystem>* solved) {
   SolveReport total;
   // A redescending loss has many minima: it starts from the solution of a convex one, which has an
   // allowance of iterations of its own.
@@ -176,6 +175,7 @@ SolveReport SolveRounds(const Weighting& weighting,
   const int allowed = total.iterations + options.max_iterations;
   std::optional<ReducedSystem> own;
   std::optional<ReducedSystem>& system = solved == nullptr ? own : *solved;
+  const bool formed = system.has_value();
   if (formed) {
     system->KeepFactors(KeptFactors::kMaxBytes);
   } else {
@@ -285,6 +285,7 @@ void SolveOnce(const AdjustOptions& options,
                std::optional<ReducedSystem>* system,
                ProgressSink* progress) {
   const SolveReport before = *solve;
+  if (system != nullptr) system->reset();  // that of another state
   *solve = SolveRounds(
       {options.robust, RobustScale(options)}, options, problem, state, progress, system);
   solve->iterations += before.iterations;

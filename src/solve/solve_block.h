@@ -66,15 +66,14 @@ struct PassLooks {
 
 /// Solves a problem by the engine that is asked for; least squares end with whole Newton steps, the
 /// same for both engines. `solved`, where given, becomes the reduced system, without a loss and
-/// undamped, formed at the solution; where it is `formed`, at the state with its weights, the first
-/// step is made of it.
+/// undamped, formed at the solution. If it holds one at the beginning, that is formed at the state,
+/// and the first step is made of it.
 [[nodiscard]] SolveReport SolveRounds(const Weighting& weighting,
                                       const AdjustOptions& options,
                                       AdjustmentProblem* problem,
                                       BlockState* state,
                                       ProgressSink* progress,
-                                      std::optional<ReducedSystem>* solved = nullptr,
-                                      bool formed = false);
+                                      std::optional<ReducedSystem>* solved = nullptr);
 
 /// Newton step that a robust solution still has to go, in sigmas over all unknowns together;
 /// infinite where a look has no value or the equations under the loss cannot be solved.
@@ -90,7 +89,8 @@ struct PassLooks {
                                                        const BlockState& state,
                                                        const ReducedSystem& system);
 
-/// Solves once more and counts its iterations with those before; `system` as in SolveRounds.
+/// Solves once more and counts its iterations with those before; `system`, where given, becomes the
+/// reduced system at the solution.
 void SolveOnce(const AdjustOptions& options,
                AdjustmentProblem* problem,
                BlockState* state,
