@@ -201,10 +201,6 @@ std::optional<Eigen::Matrix3d> LowerFactor(const Eigen::Matrix3d& a) {
   return factor.matrixL();
 }
 
-Eigen::Matrix3d InverseOfLower(const Eigen::Matrix3d& l) {
-  return l.triangularView<Eigen::Lower>().solve(Eigen::Matrix3d::Identity());
-}
-
 double InverseForm(const Eigen::Matrix3d& a, const Eigen::Vector3d& x) {
   return x.dot(a.ldlt().solve(x));
 }

@@ -61,14 +61,12 @@ void Product(
     int m, int n, int k, const double* a, int lda, const double* b, int ldb, double* c, int ldc);
 
 // Eigen's decompositions of small dense matrices, compiled once for all modules: each takes three
-// to fifteen seconds in every source that calls Eigen's own, those of 2 x 2 and 3 x 3 too. The
-// lower triangle of a symmetric matrix is read. Cheap are inverses up to 3 x 3 and eigenpairs of 3
-// x 3.
+// to fifteen seconds in every source that calls Eigen's own, also for 2 x 2 and 3 x 3. Exceptions
+// are inverses up to 3 x 3 and eigenpairs of 3 x 3. The lower triangle of a symmetric matrix is
+// read.
 
 /// L of A = L L', A 3 x 3 and symmetric; none where A is not positive definite.
 [[nodiscard]] std::optional<Eigen::Matrix3d> LowerFactor(const Eigen::Matrix3d& a);
-/// L^-1, 3 x 3.
-[[nodiscard]] Eigen::Matrix3d InverseOfLower(const Eigen::Matrix3d& l);
 /// x' A^-1 x, A 3 x 3, symmetric and positive semidefinite.
 [[nodiscard]] double InverseForm(const Eigen::Matrix3d& a, const Eigen::Vector3d& x);
 

@@ -15,6 +15,7 @@
 #include "core/text.h"
 #include "core/threads.h"
 #include "linear/dense.h"
+#include "normals/point.h"
 #include "solve/solve_block.h"
 
 namespace sarblock {
@@ -262,7 +263,7 @@ class Collector {
     const std::optional<Eigen::Matrix3d> lower = dense::LowerFactor(matrix);
     if (!lower || !matrix.allFinite()) return;
     const Eigen::Vector3d sigma_m = matrix.diagonal().cwiseSqrt();
-    const Eigen::Matrix3d whiten = dense::InverseOfLower(*lower);
+    const Eigen::Matrix3d whiten = InverseOfUpper(lower->transpose()).transpose();
     const Eigen::Vector3d position_m = state.Position(point);
     Reference reference;
     reference.normal_from_frame =

@@ -191,7 +191,7 @@ PointLinearization::Complements PointLinearization::Complement() {
 template <int Rows>
 PointLinearization::Products<Rows> PointLinearization::ComplementProducts(int first, int rows) {
   static_cast<void>(Complement());
-  const PointColumns& columns = terms_.columns;
+  PointColumns& columns = terms_.columns;
   const auto width = static_cast<std::size_t>(columns.width), stride = width + 1;
   const PointBlocks blocks = FindBlocks(problem_.layout, *inverse_->blocks.pattern(), &terms_);
   const auto row_of = [&](int row) {
@@ -200,7 +200,7 @@ PointLinearization::Products<Rows> PointLinearization::ComplementProducts(int fi
   Products<Rows> out;
   out.with_point.resize(rows, 3);
   out.own.resize(rows, rows);
-  std::vector<double> c_m;  // three rows of M C
+  std::vector<double>& c_m = columns.scratch;  // three rows of M C
   for (int k = 0; k < rows; k += 3) {
     const int at = std::min(first + k, factor_.row_count - 3);
     c_m.assign(3 * stride, 0.0);

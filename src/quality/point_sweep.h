@@ -73,10 +73,10 @@ struct PointResiduals {
 /// figures computed from them. Storage is reused from point to point.
 class PointLinearization {
  public:
-  template <int Rows>
-  using RowMajor = Eigen::Matrix<double, Rows, Eigen::Dynamic, Eigen::RowMajor>;
   using Complements =
-      Eigen::Map<const RowMajor<Eigen::Dynamic>, Eigen::Unaligned, Eigen::OuterStride<>>;
+      Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>,
+                 Eigen::Unaligned,
+                 Eigen::OuterStride<>>;
 
   /// `inverse`: C of the system at this state; null without corrections or for fixed flight paths.
   /// Without `quality` only covariances and Information() are asked for. `kept`: factors of the

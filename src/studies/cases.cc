@@ -17,6 +17,7 @@
 #include "core/threads.h"
 #include "linear/dense.h"
 #include "model/priors.h"
+#include "normals/point.h"
 #include "placement.h"
 #include "quality/point_sweep.h"
 #include "simulate/scene.h"
@@ -477,7 +478,7 @@ Verification Verify(const Scene& scene,
     references.push_back({point,
                           simulated.block.frame.EnuFromFrame(truth_m[point]),
                           axes ? axes(point) : Eigen::Matrix3d::Identity(),
-                          dense::InverseOfLower(*lower)});
+                          InverseOfUpper(lower->transpose()).transpose()});
   }
   AdjustOptions adjust = options;
   adjust.covariance = CovarianceLevel::kNone;
