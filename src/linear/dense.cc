@@ -2,9 +2,11 @@
 #include "dense.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdlib>
 #include <iterator>
+#include <limits>
 #include <mutex>
 #include <new>
 
@@ -203,6 +205,64 @@ std::optional<Eigen::Matrix3d> LowerFactor(const Eigen::Matrix3d& a) {
 
 double InverseForm(const Eigen::Matrix3d& a, const Eigen::Vector3d& x) {
   return x.dot(a.ldlt().solve(x));
+}
+
+int SignedSquares(int n, double* a, double* g, double* sign) {
+  // A diagonal element that is at least this part of all others lets these grow least.
+  const double kDiagonalPart = (1.0 + std::sqrt(17.0)) / 8.0;
+  const auto at = [&](int i, int k) -> double& { return a[i + k * n]; };
+  double least = 0.0;
+  int count = 0;
+  // Takes the pivot `value` along cosine e_p + sine e_q as the next term.
+  const auto take = [&](int p, double cosine, int q, double sine, double value) {
+    const double inverse = 1.0 / std::sqrt(std::abs(value));
+    double* term = g + count * n;
+    for (int i = 0; i < n; ++i) term[i] = inverse * (cosine * at(i, p) + sine * at(i, q));
+    sign[count++] = value < 0.0 ? -1.0 : 1.0;
+  };
+  const auto subtract = [&](int first) {
+    for (; first < count; ++first) {
+      const double* term = g + first * n;
+      for (int k = 0; k < n; ++k) {
+        for (int i = 0; i < n; ++i) at(i, k) -= sign[first] * term[i] * term[k];
+      }
+    }
+  };
+  const auto clear = [&](int r) {
+    for (int i = 0; i < n; ++i) at(i, r) = at(r, i) = 0.0;
+  };
+  while (count < n) {
+    int r = 0, p = 0, q = 0;
+    double diagonal = 0.0, other = 0.0;
+    for (int k = 0; k < n; ++k) {
+      if (std::abs(at(k, k)) > diagonal) diagonal = std::abs(at(r = k, k));
+      for (int i = k + 1; i < n; ++i) {
+        if (std::abs(at(i, k)) > other) other = std::abs(at(p = i, q = k));
+      }
+    }
+    const double largest = std::max(diagonal, other);
+    if (count == 0) least = n * std::numeric_limits<double>::epsilon() * largest;
+    if (!(largest > least)) break;
+    const int first = count;
+    if (diagonal >= kDiagonalPart * other) {
+      take(r, 1.0, r, 0.0, at(r, r));
+      subtract(first);
+      clear(r);
+    } else {
+      // Its axes by Jacobi's rotation (Golub and Van Loan (2013), Matrix Computations,
+      // section 8.5.2).
+      const double pp = at(p, p), qq = at(q, q), pq = at(p, q);
+      const double tau = 0.5 * (qq - pp) / pq;
+      const double t = std::copysign(1.0 / (std::abs(tau) + std::hypot(1.0, tau)), tau);
+      const double c = 1.0 / std::hypot(1.0, t), s = t * c;
+      take(p, c, q, -s, pp - t * pq);
+      take(p, s, q, c, qq + t * pq);
+      subtract(first);
+      clear(p);
+      clear(q);
+    }
+  }
+  return count;
 }
 
 Eigenpairs SymmetricEigenpairs(const MatrixXd& a) {

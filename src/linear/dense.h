@@ -70,6 +70,12 @@ void Product(
 /// x' A^-1 x, A 3 x 3, symmetric and positive semidefinite.
 [[nodiscard]] double InverseForm(const Eigen::Matrix3d& a, const Eigen::Vector3d& x);
 
+/// A = sum_k sign_k g_k g_k', A n x n and symmetric, with at most n terms: elimination with
+/// complete pivoting (Bunch and Parlett (1971), SIAM J. Numer. Anal. 8(4), 639-655), a 2 x 2 pivot
+/// as the two terms along its axes. `a`: n x n by columns, destroyed. g_k: columns of `g`, n x n.
+/// Returns how many terms there are; what is below rounding of A's largest element makes none.
+[[nodiscard]] int SignedSquares(int n, double* a, double* g, double* sign);
+
 /// A = V diag(values) V'.
 struct Eigenpairs {
   Eigen::VectorXd values;   ///< ascending

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <span>
 
+#include "linear/dense.h"
 #include "model/problem.h"
-#include <Eigen/Eigenvalues>
 
 namespace sarblock {
 namespace {
@@ -154,8 +154,8 @@ void EvaluateLooks(const AdjustmentProblem& problem,
     for (std::size_t i = end; i < looks.offsets[point + 2]; ++i) problem.model.Prefetch(i);
   }
   if (out->looks.size() < end - begin) out->looks.resize(end - begin);
-  if (weighting.curved && out->curved.size() < CurvedRows::kPerLook * out->looks.size()) {
-    out->curved.resize(CurvedRows::kPerLook * out->looks.size());
+  if (weighting.curved && out->curved.size() < CurvedRows::kMaxPerLook * out->looks.size()) {
+    out->curved.resize(CurvedRows::kMaxPerLook * out->looks.size());
   }
   out->look_count = out->curved_count = 0;
   out->looks_not_evaluated = out->looks_beyond_path = 0;
@@ -169,7 +169,7 @@ void EvaluateLooks(const AdjustmentProblem& problem,
       ++out->looks_not_evaluated;
       continue;
     }
-    if (curved != nullptr) out->curved_count += CurvedRows::kPerLook;
+    if (curved != nullptr) out->curved_count += look.curved_count;
     if (look.beyond_path) ++out->looks_beyond_path;
     out->cost += look.cost;
     out->weight_change = std::max(out->weight_change, look.weight_change);
@@ -260,34 +260,37 @@ double ApplyLoss(const Weighting& weighting, WhitenedLook* out) {
   return root;
 }
 
-/// The rows of a look from its curvature, its errors and the weights of both.
-void SetCurvedRows(const LookCurvature& curvature,
-                   const Eigen::Vector2d& weighted_error,
-                   const LookColumns& columns,
-                   CurvedRows* out) {
-  using Matrix = LookCurvature::Matrix;
-  constexpr Eigen::Index kSize = LookCurvature::kSize;
-  static_assert(2 * CurvedRows::kPerLook == kSize + 1);
-  const Matrix m = weighted_error[0] * curvature.range + weighted_error[1] * curvature.azimuth;
-  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(m);
-  for (Eigen::Index k = 0; k <= kSize; ++k) {
+/// The rows of a look from its curvature, its errors and the weights of both; how many pairs.
+int SetCurvedRows(const LookCurvature& curvature,
+                  const Eigen::Vector2d& weighted_error,
+                  const LookColumns& columns,
+                  CurvedRows* out) {
+  constexpr int kSize = LookCurvature::kSize;
+  static_assert(2 * CurvedRows::kMaxPerLook == kSize + 1);
+  LookCurvature::Matrix m =
+      weighted_error[0] * curvature.range + weighted_error[1] * curvature.azimuth;
+  Eigen::Matrix<double, kSize, kSize + 1> axes;
+  std::array<double, kSize + 1> sign{};
+  const int count = dense::SignedSquares(kSize, m.data(), axes.data(), sign.data());
+  // A last row of zeros makes them pairs.
+  axes.col(count).setZero();
+  sign[static_cast<std::size_t>(count)] = 1.0;
+  const int pairs = (count + 1) / 2;
+  for (int k = 0; k < 2 * pairs; ++k) {
     CurvedRows& rows = out[k / 2];
     rows.columns = &columns;
-    // The last row, which makes them pairs, is 0.
-    const double value = k < kSize ? eigen.eigenvalues()[k] : 0.0;
-    rows.sign[k % 2] = value < 0.0 ? -1.0 : 1.0;
-    const Eigen::Matrix<double, kSize, 1> axis =
-        std::sqrt(std::abs(value)) * eigen.eigenvectors().col(std::min(k, kSize - 1));
-    rows.d_point.row(k % 2) = axis.head<3>().transpose();
+    rows.sign[k % 2] = sign[static_cast<std::size_t>(k)];
+    rows.d_point.row(k % 2) = axes.col(k).head<3>().transpose();
     auto& row = rows.row[static_cast<std::size_t>(k % 2)];
     for (std::size_t c = 0; c < static_cast<std::size_t>(columns.column_count); ++c) {
       double sum = 0.0;
       for (Eigen::Index i = 0; i < kSize; ++i) {
-        sum += axis[i] * curvature.row[static_cast<std::size_t>(i)][c];
+        sum += axes(i, k) * curvature.row[static_cast<std::size_t>(i)][c];
       }
       row[c] = sum;
     }
   }
+  return pairs;
 }
 
 }  // namespace
@@ -325,7 +328,7 @@ bool EvaluateWhitened(const AdjustmentProblem& problem,
   if (curved != nullptr) {
     const Eigen::Vector2d weighted_error(root * weights.range_per_m * out->whitened_error[0],
                                          root * weights.azimuth_per_unit * out->whitened_error[1]);
-    SetCurvedRows(curvature, weighted_error, out->columns, curved);
+    out->curved_count = SetCurvedRows(curvature, weighted_error, out->columns, curved);
   }
   return true;
 }

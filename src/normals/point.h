@@ -37,13 +37,14 @@ struct WhitenedLook : LookEvaluation {
   double weight_change = 0.0;  ///< relative, of the azimuth, where weights are renewed
   double cost = 0.0;           ///< half the squared length, robust loss applied
   double radial = 1.0;         ///< RobustValue::radial
+  int curved_count = 0;        ///< CurvedRows that it has, where these are asked for
 };
 
 /// What the errors of a look times its second derivatives (LookCurvature) add to J'J: the sum over
-/// the rows g, two here and seven of a look, of sign g' g. Gauss-Newton leaves it out; in a
+/// the rows g, two here and at most seven of a look, of sign g' g. Gauss-Newton leaves it out; in a
 /// direction that is known only to some ten metres it is as much as all the rest.
 struct CurvedRows {
-  static constexpr int kPerLook = 4;  ///< one row more than seven is 0
+  static constexpr int kMaxPerLook = 4;  ///< of an odd number of rows the last is 0
   const LookColumns* columns = nullptr;
   Eigen::Vector2d sign = Eigen::Vector2d::Ones();
   Eigen::Matrix<double, 2, 3> d_point;
