@@ -95,6 +95,8 @@ constexpr double kMaxContraction = 0.99;
 constexpr int kMinSteps = 3;
 constexpr double kPromised = 4.0;
 
+constexpr const char* kUnsolvable = "the equations cannot be solved where the steps have led";
+
 std::string Rounded(double value) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.1e", value);
@@ -108,7 +110,7 @@ double OwnStepOf(double decrement, const AdjustmentProblem& problem) {
 
 /// Why a solution stopped early. Looks without a value refuse steps: that is said, its cure is not
 /// more iterations.
-std::string WhyStopped(const char* reason, int refused) {
+std::string WhyStopped(const std::string& reason, int refused) {
   std::string text = reason;
   if (refused > 0) {
     text += "; " + std::to_string(refused) +
@@ -117,19 +119,6 @@ std::string WhyStopped(const char* reason, int refused) {
   }
   return text;
 }
-
-}  // namespace
-
-SolveReport SolveReduced(const AdjustmentProblem& problem,
-                         const Weighting& weighting,
-                         const SolveOptions& options,
-                         BlockState* state,
-                         ProgressSink* progress) {
-  ReducedSystem system(problem);
-  return SolveReduced(problem, weighting, options, &system, state, progress);
-}
-
-namespace {
 
 /// One state of the solution: its Newton step of the corrections, and how long the step of all
 /// unknowns is.
@@ -145,248 +134,357 @@ double LengthOf(const Eigen::VectorXd& step, const ReducedSystem& system) {
   return system.full_diagonal().cwiseSqrt().cwiseProduct(step).norm();
 }
 
+/// A state that a step leads to, before it is judged.
+struct Trial {
+  BlockState state;
+  double predicted = 0.0;  ///< decrease of the cost
+  double bend = 0.0;       ///< second order of the step as a part of its length
+  Newton newton;           ///< there
+  bool solved = false;     ///< every look has a value there, and the system a solution
+  double gain = 0.0;       ///< decrease of the cost
+  bool unclear = false;    ///< the gain may be rounding, or an effect of other weights
+};
+
+/// A solution on its way: Newton steps, damped or not (SolveReduced).
+class NewtonSteps {
+ public:
+  NewtonSteps(const AdjustmentProblem& problem,
+              const Weighting& weighting,
+              const SolveOptions& options,
+              ReducedSystem* system,
+              BlockState* state,
+              ProgressSink* progress)
+      : problem_(problem),
+        options_(options),
+        system_(*system),
+        state_(*state),
+        progress_(progress),
+        weighting_(weighting),
+        weights_(std::exchange(weighting_.renewed, nullptr)),
+        renews_(weights_ != nullptr),
+        least_squares_(weighting.loss == RobustLoss::kNone),
+        can_bend_(least_squares_ && problem.layout.size() > 0) {
+    damping() =
+        options.undamped ? 0.0 : std::clamp(options.damping, kFirstDamping, kMaxKeptDamping);
+  }
+
+  [[nodiscard]] SolveReport Run();
+
+ private:
+  enum class Next { kStep, kAgain, kEnd };
+
+  [[nodiscard]] double& damping() { return report_.damping; }
+  /// How the looks are weighted where the system is formed, weights kept.
+  [[nodiscard]] Weighting WeightingOf(bool curved) const {
+    Weighting weighting = weighting_;
+    weighting.curved = curved;
+    return weighting;
+  }
+  /// The steps of the points that belong to a step of the corrections from the present state.
+  [[nodiscard]] PointSteps PointStepsOf(const Newton& newton) const {
+    return SubstituteBack(
+        problem_, state_, WeightingOf(newton.curved), newton.damping, newton.step);
+  }
+
+  void Form(BlockState* at, double with_damping, bool curved);
+  /// The Newton step of the system that was formed.
+  [[nodiscard]] bool Solve(double with_damping, bool curved, Newton* out);
+  /// Forms a state and solves it; where the second derivatives leave no minimum, without them.
+  [[nodiscard]] bool FormAndSolve(BlockState* at, double with_damping, Newton* out);
+  /// Forms the present state and its step, damped as much as that takes.
+  [[nodiscard]] bool Restart();
+  Next BeginAgain() { return Restart() ? Next::kAgain : Stop(kUnsolvable); }
+  Next Stop(const std::string& reason) {
+    report_.message = WhyStopped(reason, refused_by_looks_);
+    return Next::kEnd;
+  }
+
+  /// Whether to take the present step, to look again at the state as it is now, or to end.
+  [[nodiscard]] Next Decide();
+  /// The end, unless weights that were kept have to follow.
+  [[nodiscard]] Next Settle();
+  [[nodiscard]] Next TryStep();
+  /// The state after the present step, along the valley where steps leave it; false if that bends
+  /// too much.
+  [[nodiscard]] bool Propose(Trial* trial) const;
+  void Evaluate(Trial* trial);
+  void Accept(Trial* trial);
+  [[nodiscard]] Next Refuse(const Trial& trial);
+
+  const AdjustmentProblem& problem_;
+  const SolveOptions& options_;
+  ReducedSystem& system_;
+  BlockState& state_;
+  ProgressSink* progress_;
+  SolveReport report_;
+  Newton newton_;  // of the present state
+  ProgressOfSteps progress_of_steps_;
+
+  // Reweighting brings a solution near from anywhere and then creeps; second order finishes it.
+  Weighting weighting_;
+  // Weights that follow the state, until they no longer change.
+  std::vector<LookWeights>* weights_;
+  bool renews_;                  // where the system is formed
+  bool weights_follow_ = false;  // they changed where they were formed last
+  double weight_change_ = 0.0;   // at the last state that was formed
+  bool crept_on_ = false;        // with weights that were kept
+
+  const bool least_squares_;
+  const bool can_bend_;
+  bool curved_ = false;  // second derivatives from here on
+  bool plain_ = false;   // but not at the present state
+  bool bends_ = false;
+  bool slow_ = false;         // the last step left much of the one before
+  double contraction_ = 0.0;  // Newton decrement over that of the step before
+  bool kept_promise_ = false;
+  int refused_in_turn_ = 0;
+  int refused_by_looks_ = 0;  // looks without a value
+  double settle_points_below_ = kMaxOwnStep;
+};
+
+void NewtonSteps::Form(BlockState* at, double with_damping, bool curved) {
+  Weighting weighting = WeightingOf(curved);
+  if (renews_) weighting.renewed = weights_;
+  if (options_.points_follow) {
+    system_.FormSettled(weighting, with_damping, settle_points_below_, at, nullptr);
+  } else {
+    system_.Form(*at, weighting, nullptr, with_damping);
+  }
+  weight_change_ = std::max(weight_change_, system_.weight_change());
+  ++report_.formed;
+}
+
+bool NewtonSteps::Solve(double with_damping, bool curved, Newton* out) {
+  const bool rank = with_damping == 0.0 && !system_.weak_points().empty();
+  if (rank || !system_.FactorDamped()) return false;
+  out->step = system_.Step();
+  out->decrement = system_.NewtonDecrement(out->step);
+  out->damping = with_damping;
+  out->curved = curved;
+  return std::isfinite(out->decrement);
+}
+
+bool NewtonSteps::FormAndSolve(BlockState* at, double with_damping, Newton* out) {
+  weight_change_ = 0.0;
+  const bool curved = curved_ && !plain_;
+  Form(at, with_damping, curved);
+  if (Solve(with_damping, curved, out)) return true;
+  if (!curved) return false;
+  Form(at, with_damping, false);
+  return Solve(with_damping, false, out);
+}
+
+bool NewtonSteps::Restart() {
+  contraction_ = 0.0;
+  while (!FormAndSolve(&state_, damping(), &newton_)) {
+    damping() *= 10.0;
+    if (options_.undamped || damping() > kMaxDamping || report_.formed >= options_.max_formed) {
+      return false;
+    }
+  }
+  report_.formed_at_state = !newton_.curved;
+  report_.final_cost = system_.cost();  // weights and points may have followed
+  return true;
+}
+
+SolveReport NewtonSteps::Run() {
+  const bool begun =
+      options_.formed && system_.looks_not_evaluated() == 0 && Solve(0.0, false, &newton_);
+  report_.formed_at_state = begun;
+  const bool starts = begun || Restart();
+  // Damped steps start with the weights of their first state.
+  weights_follow_ = renews_ && (!options_.undamped || weight_change_ > kWeightsKept);
+  report_.initial_cost = report_.final_cost = system_.cost();
+  if (!starts) {
+    report_.message = "the equations at the start cannot be solved";
+    return report_;
+  }
+  for (int trials = 0; trials <= 4 * options_.max_iterations; ++trials) {
+    Next next = Decide();
+    if (next == Next::kStep) next = TryStep();
+    if (next == Next::kEnd) return report_;
+  }
+  Stop(LimitReached(options_.max_iterations));
+  return report_;
+}
+
+NewtonSteps::Next NewtonSteps::Decide() {
+  Step(progress_,
+       "solve",
+       static_cast<std::size_t>(report_.iterations),
+       static_cast<std::size_t>(options_.max_iterations),
+       "cost " + std::to_string(report_.final_cost) + ", newton decrement " +
+           Rounded(newton_.decrement) + " sigmas");
+  const double left = newton_.decrement;
+  if (!least_squares_ && !weighting_.second_order && left <= kNear) {
+    weighting_.second_order = true;
+    return BeginAgain();
+  }
+  // Where large residuals meet bent equations each step is a part of the one before: what is left
+  // is the sum of all to come.
+  report_.decrement = left / (1.0 - std::min(contraction_, kMaxContraction));
+  const bool settled = report_.decrement <= options_.settle_below ||
+                       (left <= options_.settle_below && refused_in_turn_ > 0);
+  if (settled) return Settle();
+  if (report_.iterations >= options_.max_iterations || report_.formed >= options_.max_formed) {
+    return Stop(LimitReached(options_.max_iterations));
+  }
+  const bool gives_up = report_.formed > kMinSteps &&
+                        2.0 * report_.final_cost - kPromised * left * left > options_.useless_above;
+  if (gives_up) return Stop("no step promises a v'Pv that is of use");
+  if (progress_of_steps_.Stagnates(report_.iterations, report_.final_cost, left)) {
+    return Stop(kStagnates);
+  }
+  // Steps near rounding creep by it.
+  const bool creeps = slow_ && left > kMinLearned;
+  if ((creeps || options_.curved) && least_squares_ && !curved_ && left <= kCurved) {
+    report_.curved = curved_ = true;
+    slow_ = false;
+    return BeginAgain();
+  }
+  return Next::kStep;
+}
+
+NewtonSteps::Next NewtonSteps::Settle() {
+  if (std::exchange(crept_on_, false)) {
+    renews_ = true;
+    if (BeginAgain() == Next::kEnd) return Next::kEnd;
+    weights_follow_ = weight_change_ > kWeightsKept;
+    if (weights_follow_) return Next::kAgain;
+    report_.decrement = newton_.decrement;
+  }
+  report_.converged = true;
+  report_.message = "the Newton decrement is " + Rounded(newton_.decrement) + " sigmas";
+  // One that creeps, or is short by its damping, may lead anywhere beyond what it promises.
+  const bool safe = !slow_ && !curved_ && refused_in_turn_ == 0 && damping() <= kFirstDamping;
+  if (options_.take_last_step && safe && report_.iterations < options_.max_iterations) {
+    state_.displacement_m = PointStepsOf(newton_).displacement_m;
+    state_.corrections += newton_.step;
+    report_.formed_at_state = false;
+    ++report_.iterations;
+  }
+  return Next::kEnd;
+}
+
+NewtonSteps::Next NewtonSteps::TryStep() {
+  Trial trial;
+  if (!Propose(&trial)) {
+    ++refused_in_turn_;
+    damping() *= 10.0;
+    return BeginAgain();
+  }
+  Evaluate(&trial);
+  const bool better = trial.solved && (trial.unclear ? trial.newton.decrement < newton_.decrement
+                                                     : trial.gain > kMinGain * trial.predicted);
+  if (!better) return Refuse(trial);
+  Accept(&trial);
+  return Next::kAgain;
+}
+
+bool NewtonSteps::Propose(Trial* trial) const {
+  const Eigen::VectorXd& dx = newton_.step;
+  PointSteps steps = PointStepsOf(newton_);
+  trial->predicted = steps.predicted_decrease + system_.PredictedDecrease(dx);
+  trial->state.displacement_m = std::move(steps.displacement_m);
+  trial->state.corrections = state_.corrections + dx;
+  if (!bends_) return true;
+  const Eigen::VectorXd bend = -system_.SolveFor(
+      BendOfStep(problem_, state_, WeightingOf(newton_.curved), newton_.damping, dx));
+  trial->bend = LengthOf(bend, system_) / LengthOf(dx, system_);
+  if (trial->bend <= kMaxBend) {
+    trial->state.corrections += bend;
+    return true;
+  }
+  return options_.undamped || report_.damping >= kMaxDamping;
+}
+
+void NewtonSteps::Evaluate(Trial* trial) {
+  // What was just found to be too little is not tried again at once.
+  const double part = kept_promise_ ? 0.01 : 0.1;
+  const double lower = refused_in_turn_ > 0 ? damping() : part * damping();
+  const double next_damping = options_.undamped ? 0.0 : std::max(kMinDamping, lower);
+  // Weights follow whole steps, and others that shrink by themselves.
+  const bool shrinks = !slow_ && !curved_ && refused_in_turn_ == 0;
+  renews_ = weights_follow_ && (options_.undamped || shrinks);
+  settle_points_below_ = OwnStepOf(newton_.decrement, problem_);
+  const bool was_plain = std::exchange(plain_, false);
+  trial->state.start_m.swap(state_.start_m);
+  const bool factored = FormAndSolve(&trial->state, next_damping, &trial->newton);
+  trial->state.start_m.swap(state_.start_m);
+  plain_ = was_plain;
+  const bool valid = system_.looks_not_evaluated() == 0 && std::isfinite(system_.cost());
+  trial->solved = valid && factored;
+  trial->gain = report_.final_cost - system_.cost();
+  // A gain of less than the cost's own rounding, or than what other weights may make of it, is no
+  // evidence; the step that is left keeps the digits that the cost has lost.
+  trial->unclear =
+      (options_.undamped && weight_change_ > 0.0) ||
+      std::abs(trial->gain) <= (kUnclear + 2.0 * weight_change_) * report_.final_cost + 1e-12;
+}
+
+void NewtonSteps::Accept(Trial* trial) {
+  const double left = newton_.decrement, next_left = trial->newton.decrement;
+  state_.displacement_m.swap(trial->state.displacement_m);
+  state_.corrections = trial->state.corrections;
+  report_.final_cost = system_.cost();
+  report_.formed_at_state = !trial->newton.curved;
+  damping() = trial->newton.damping;
+  kept_promise_ = refused_in_turn_ == 0 && trial->gain >= kKept * trial->predicted;
+  slow_ = (slow_ && !curved_) || next_left > kSlow * left;
+  contraction_ = next_left / left;
+  bends_ = can_bend_ && (slow_ || trial->bend > kStraight);
+  crept_on_ = options_.undamped && weights_ != nullptr && !renews_ && (slow_ || crept_on_);
+  if (renews_) weights_follow_ = weight_change_ > kWeightsKept;
+  plain_ = false;
+  newton_ = std::move(trial->newton);
+  ++report_.iterations;
+  refused_in_turn_ = 0;
+}
+
+NewtonSteps::Next NewtonSteps::Refuse(const Trial& trial) {
+  kept_promise_ = false;
+  report_.formed_at_state = false;
+  if (system_.looks_not_evaluated() > 0) ++refused_by_looks_;
+  ++refused_in_turn_;
+  // The same step again, along the curve that the equations bend it to.
+  if (trial.solved && can_bend_ && !std::exchange(bends_, true)) return BeginAgain();
+  // Second derivatives reach less far than first ones where they nearly cancel.
+  if (newton_.curved && !plain_) {
+    plain_ = true;
+    return BeginAgain();
+  }
+  const std::string left = Rounded(newton_.decrement);
+  if (trial.unclear && newton_.decrement <= kSettledAnyway) {
+    report_.converged = true;
+    report_.message = "the Newton decrement is " + left + " sigmas, no more than rounding";
+    return Next::kEnd;
+  }
+  if (options_.undamped) {
+    return Stop("a whole Newton step, " + left + " sigmas long, does not lower the cost");
+  }
+  damping() *= 10.0;
+  if (damping() > kMaxDamping) return Stop("no step lowers the cost");
+  return BeginAgain();
+}
+
 }  // namespace
 
 SolveReport SolveReduced(const AdjustmentProblem& problem,
-                         const Weighting& asked,
+                         const Weighting& weighting,
                          const SolveOptions& options,
-                         ReducedSystem* formed,
+                         ReducedSystem* system,
                          BlockState* state,
                          ProgressSink* progress) {
-  SolveReport report;
-  ReducedSystem& system = *formed;
-  // Reweighting brings a solution near from anywhere and then creeps; second order finishes it.
-  Weighting weighting = asked;
-  weighting.renewed = nullptr;  // but where the system is formed
-  bool renews = asked.renewed != nullptr;
-  double change = 0.0;  // of the weights, at the last state that was formed
-  double& damping = report.damping;
-  damping = options.undamped ? 0.0 : std::clamp(options.damping, kFirstDamping, kMaxKeptDamping);
-  double settle_below = kMaxOwnStep;
-  int refused = 0;
-  std::string left_text;
-  ProgressOfSteps steps_so_far;
-  Newton newton;
-  double contraction = 0.0;  // Newton decrement over that of the step before
-  bool curved = false;
-  bool plain = false;  // without second derivatives at the present state
-  const auto form = [&](BlockState* at, double with_damping) {
-    Weighting renewing = weighting;
-    if (renews) renewing.renewed = asked.renewed;
-    if (options.points_follow) {
-      system.FormSettled(renewing, with_damping, settle_below, at, nullptr);
-    } else {
-      system.Form(*at, renewing, nullptr, with_damping);
-    }
-    change = std::max(change, system.weight_change());
-    ++report.formed;
-  };
-  const auto solve = [&](double with_damping, Newton* out) {
-    const bool rank = with_damping == 0.0 && !system.weak_points().empty();
-    if (rank || !system.FactorDamped()) return false;
-    out->step = system.Step();
-    out->decrement = system.NewtonDecrement(out->step);
-    out->damping = with_damping;
-    out->curved = weighting.curved;
-    return std::isfinite(out->decrement);
-  };
-  // Forms a state and solves it; where the second derivatives leave no minimum, without them.
-  const auto form_and_solve = [&](BlockState* at, double with_damping, Newton* out) {
-    change = 0.0;
-    weighting.curved = curved && !plain;
-    form(at, with_damping);
-    if (solve(with_damping, out)) return true;
-    if (!weighting.curved) return false;
-    weighting.curved = false;
-    form(at, with_damping);
-    return solve(with_damping, out);
-  };
-  // Forms the state as it is and its step, damped as much as that takes.
-  const auto restart = [&] {
-    contraction = 0.0;
-    while (!form_and_solve(state, damping, &newton)) {
-      damping *= 10.0;
-      if (options.undamped || damping > kMaxDamping || report.formed >= options.max_formed) {
-        return false;
-      }
-    }
-    report.formed_at_state = !newton.curved;
-    report.final_cost = system.cost();  // weights and points may have followed
-    return true;
-  };
-  bool crept_on = false;  // with weights that were kept
-  const bool begun = options.formed && system.looks_not_evaluated() == 0 && solve(0.0, &newton);
-  report.formed_at_state = begun;
-  const bool starts = begun || restart();
-  // Damped steps start with the weights of their first state.
-  bool weights_follow = renews && (!options.undamped || change > kWeightsKept);
-  report.initial_cost = report.final_cost = system.cost();
-  if (!starts) {
-    report.message = "the equations at the start cannot be solved";
-    return report;
-  }
-  int refused_in_turn = 0;
-  bool kept_promise = false;
-  bool slow = false;
-  bool bends = false;
-  const bool least_squares = weighting.loss == RobustLoss::kNone;
-  const bool can_bend = least_squares && problem.layout.size() > 0;
-  for (int trial = 0; trial <= 4 * options.max_iterations; ++trial) {
-    Step(progress,
-         "solve",
-         static_cast<std::size_t>(report.iterations),
-         static_cast<std::size_t>(options.max_iterations),
-         "cost " + std::to_string(report.final_cost) + left_text);
-    weighting.curved = newton.curved;
-    double left = newton.decrement;
-    left_text = ", newton decrement " + Rounded(left) + " sigmas";
-    if (weighting.loss != RobustLoss::kNone && !weighting.second_order && left <= kNear) {
-      weighting.second_order = true;
-      if (!restart()) break;
-      continue;
-    }
-    // Where large residuals meet bent equations each step is a part of the one before: what is left
-    // is the sum of all to come.
-    report.decrement = left / (1.0 - std::min(contraction, kMaxContraction));
-    const bool settled = report.decrement <= options.settle_below ||
-                         (left <= options.settle_below && refused_in_turn > 0);
-    if (settled && std::exchange(crept_on, false)) {
-      renews = true;
-      if (!restart()) break;
-      weights_follow = change > kWeightsKept;
-      if (weights_follow) continue;
-      report.decrement = left = newton.decrement;
-    }
-    if (settled) {
-      report.converged = true;
-      report.message = "the Newton decrement is " + Rounded(left) + " sigmas";
-      // One that creeps, or is short by its damping, may lead anywhere beyond what it promises.
-      const bool safe = !slow && !curved && refused_in_turn == 0 && damping <= kFirstDamping;
-      if (options.take_last_step && safe && report.iterations < options.max_iterations) {
-        state->displacement_m =
-            SubstituteBack(problem, *state, weighting, newton.damping, newton.step).displacement_m;
-        state->corrections += newton.step;
-        report.formed_at_state = false;
-        ++report.iterations;
-      }
-      return report;
-    }
-    if (report.iterations >= options.max_iterations) break;
-    if (report.formed >= options.max_formed) break;
-    const bool gives_up = report.formed > kMinSteps &&
-                          2.0 * report.final_cost - kPromised * left * left > options.useless_above;
-    if (gives_up) {
-      report.message = "no step promises a v'Pv that is of use";
-      return report;
-    }
-    if (steps_so_far.Stagnates(report.iterations, report.final_cost, left)) {
-      report.message = WhyStopped(kStagnates, refused);
-      return report;
-    }
-    // Steps near rounding creep by it.
-    const bool creeps = slow && left > kMinLearned;
-    if ((creeps || options.curved) && least_squares && !curved && left <= kCurved) {
-      report.curved = curved = true;
-      slow = false;
-      if (!restart()) break;
-      continue;
-    }
-    const Eigen::VectorXd& dx = newton.step;
-    PointSteps steps = SubstituteBack(problem, *state, weighting, newton.damping, dx);
-    const double predicted = steps.predicted_decrease + system.PredictedDecrease(dx);
-    BlockState next;
-    next.displacement_m = std::move(steps.displacement_m);
-    next.corrections = state->corrections + dx;
-    double bend_part = 0.0;
-    if (bends) {
-      const Eigen::VectorXd bend =
-          -system.SolveFor(BendOfStep(problem, *state, weighting, newton.damping, dx));
-      bend_part = LengthOf(bend, system) / LengthOf(dx, system);
-      if (bend_part <= kMaxBend) {
-        next.corrections += bend;
-      } else if (!options.undamped && damping < kMaxDamping) {
-        ++refused_in_turn;
-        damping *= 10.0;
-        if (!restart()) break;
-        continue;
-      }
-    }
-    next.start_m.swap(state->start_m);
-    // What was just found to be too little is not tried again at once.
-    const double part = kept_promise ? 0.01 : 0.1;
-    const double lower = refused_in_turn > 0 ? damping : part * damping;
-    const double next_damping = options.undamped ? 0.0 : std::max(kMinDamping, lower);
-    // Weights follow whole steps, and others that shrink by themselves.
-    const bool shrinks = !slow && !curved && refused_in_turn == 0;
-    renews = weights_follow && (options.undamped || shrinks);
-    settle_below = OwnStepOf(left, problem);
-    const bool was_plain = std::exchange(plain, false);
-    Newton there;
-    const bool factored = form_and_solve(&next, next_damping, &there);
-    next.start_m.swap(state->start_m);
-    const bool valid = system.looks_not_evaluated() == 0 && std::isfinite(system.cost());
-    const bool solved = valid && factored;
-    const double gain = report.final_cost - system.cost();
-    // A gain of less than the cost's own rounding, or than what other weights may make of it, is no
-    // evidence; the step that is left keeps the digits that the cost has lost.
-    const bool unclear = (options.undamped && change > 0.0) ||
-                         std::abs(gain) <= (kUnclear + 2.0 * change) * report.final_cost + 1e-12;
-    const bool better = solved && (unclear ? there.decrement < left : gain > kMinGain * predicted);
-    if (better) {
-      state->displacement_m.swap(next.displacement_m);
-      state->corrections = next.corrections;
-      report.final_cost = system.cost();
-      report.formed_at_state = !there.curved;
-      damping = next_damping;
-      kept_promise = refused_in_turn == 0 && gain >= kKept * predicted;
-      slow = (slow && !curved) || there.decrement > kSlow * left;
-      contraction = there.decrement / left;
-      bends = can_bend && (slow || bend_part > kStraight);
-      crept_on = options.undamped && asked.renewed != nullptr && !renews && (slow || crept_on);
-      if (renews) weights_follow = change > kWeightsKept;
-      newton = std::move(there);
-      ++report.iterations;
-      refused_in_turn = 0;
-      continue;
-    }
-    plain = was_plain;
-    kept_promise = false;
-    report.formed_at_state = false;
-    if (system.looks_not_evaluated() > 0) ++refused;
-    ++refused_in_turn;
-    // The same step again, along the curve that the equations bend it to.
-    if (solved && can_bend && !std::exchange(bends, true)) {
-      if (!restart()) break;
-      continue;
-    }
-    // Second derivatives reach less far than first ones where they nearly cancel.
-    if (newton.curved && !plain) {
-      plain = true;
-      if (!restart()) break;
-      continue;
-    }
-    if (unclear && left <= kSettledAnyway) {
-      report.converged = true;
-      report.message =
-          "the Newton decrement is " + Rounded(left) + " sigmas, no more than rounding";
-      return report;
-    }
-    if (options.undamped) {
-      report.message = WhyStopped(
-          ("a whole Newton step, " + Rounded(left) + " sigmas long, does not lower the cost")
-              .c_str(),
-          refused);
-      return report;
-    }
-    damping *= 10.0;
-    if (damping > kMaxDamping) {
-      report.message = WhyStopped("no step lowers the cost", refused);
-      return report;
-    }
-    if (!restart()) break;
-  }
-  report.message = WhyStopped(LimitReached(options.max_iterations).c_str(), refused);
-  return report;
+  return NewtonSteps(problem, weighting, options, system, state, progress).Run();
+}
+
+SolveReport SolveReduced(const AdjustmentProblem& problem,
+                         const Weighting& weighting,
+                         const SolveOptions& options,
+                         BlockState* state,
+                         ProgressSink* progress) {
+  ReducedSystem system(problem);
+  return SolveReduced(problem, weighting, options, &system, state, progress);
 }
 
 BlockState AfterNewtonStep(const AdjustmentProblem& problem,
