@@ -29,8 +29,8 @@ const char* WordOf(Measured measured) {
                                           : "ranges and azimuths";
 }
 
-/// What standard deviations are mistaken by; with one given value also its square root, which a
-/// variance that was written as a standard deviation is too large by.
+/// Factors by which standard deviations are wrong by a mistake of units. With one given value also
+/// its square root: a variance written as a standard deviation is too large by that.
 std::vector<KnownNumber> SigmaNumbers(double given) {
   std::vector<KnownNumber> numbers;
   if (given > 0.0 && std::abs(given - 1.0) > 0.05) {

@@ -231,15 +231,15 @@ class NewtonSteps {
 
   const bool least_squares_;
   const bool can_bend_;
-  bool curved_ = false;  // second derivatives from here on
-  bool plain_ = false;   // but not at the present state
-  bool bends_ = false;
-  bool slow_ = false;         // the last step left much of the one before
-  double contraction_ = 0.0;  // Newton decrement over that of the step before
-  bool kept_promise_ = false;
+  bool curved_ = false;        // second derivatives from here on
+  bool plain_ = false;         // but not at the present state
+  bool bends_ = false;         // steps follow the valley
+  bool slow_ = false;          // the last step left much of the one before
+  double contraction_ = 0.0;   // Newton decrement over that of the step before
+  bool kept_promise_ = false;  // the last step lowered the cost by most of what it promised
   int refused_in_turn_ = 0;
-  int refused_by_looks_ = 0;  // looks without a value
-  double settle_points_below_ = kMaxOwnStep;
+  int refused_by_looks_ = 0;                  // steps to where looks have no value
+  double settle_points_below_ = kMaxOwnStep;  // own steps of points, in sigmas
 };
 
 void NewtonSteps::Form(BlockState* at, double with_damping, bool curved) {

@@ -44,9 +44,9 @@ struct PassLooks {
 [[nodiscard]] std::optional<std::size_t> UndecidedPass(const std::vector<PassLooks>& by_pass);
 
 /// The first pass that lost more of its deciding looks than chance explains: a pass whose path
-/// converged to a wrong place loses good looks. It lost a fifth of them at least and twice as many
-/// as the others, and the chance of so many is below `chance`, all passes together; the number lost
-/// is tested against a binomial distribution with the frequency of the other passes
+/// converged to a wrong place loses good looks. It lost at least a fifth of them and at least twice
+/// the part that the others lost, and the probability of so many is below `chance` for all passes
+/// together: a binomial distribution with the frequency of the other passes
 /// (docs/theory/consensus.md, eq. (4)).
 [[nodiscard]] std::optional<std::size_t> PassThatLosesMore(const std::vector<PassLooks>& by_pass,
                                                            double chance = 0.05);
