@@ -171,6 +171,7 @@ class NewtonSteps {
   [[nodiscard]] SolveReport Run();
 
  private:
+  /// What follows a decision: a step is taken, the state is looked at again, the solution ends.
   enum class Next { kStep, kAgain, kEnd };
 
   [[nodiscard]] double& damping() { return report_.damping; }
@@ -207,8 +208,10 @@ class NewtonSteps {
   /// The state after the present step, along the valley where steps leave it; false if that bends
   /// too much.
   [[nodiscard]] bool Propose(Trial* trial) const;
+  /// Forms and solves the system at the proposed state.
   void Evaluate(Trial* trial);
   void Accept(Trial* trial);
+  /// The same step along the valley, one without second derivatives, a shorter one, or the end.
   [[nodiscard]] Next Refuse(const Trial& trial);
 
   const AdjustmentProblem& problem_;
@@ -408,7 +411,7 @@ void NewtonSteps::Evaluate(Trial* trial) {
   renews_ = weights_follow_ && (options_.undamped || shrinks);
   settle_points_below_ = OwnStepOf(newton_.decrement, problem_);
   const bool was_plain = std::exchange(plain_, false);
-  trial->state.start_m.swap(state_.start_m);
+  trial->state.start_m.swap(state_.start_m);  // lent, not copied
   const bool factored = FormAndSolve(&trial->state, next_damping, &trial->newton);
   trial->state.start_m.swap(state_.start_m);
   plain_ = was_plain;

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <chrono>
 #include <csignal>
+#include <sstream>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "cli/cli_fixture.h"
 #include <gmock/gmock.h>
@@ -96,6 +99,52 @@ TEST_F(StudyCommandTest, AnInterruptedStudyHoldsWholeRowsAndGoesOnToTheSameBytes
   EXPECT_EQ(resumed.exit_code, 0);
   EXPECT_THAT(resumed.err, HasSubstr("of 10 tasks of the study are there already"));
   EXPECT_EQ(Table("cut"), Table("whole"));
+}
+
+// Hand arithmetic for costs; the words repeat the table; the fourth corner adds to the other three.
+TEST_F(StudyCommandTest, ADesignOfOneAxisIsShownAsATableAndACurve) {
+  const std::string study =
+      Put("design.toml",
+          "format = \"sarblock-study 1\"\nstudy = \"design\"\nscene = \"" +
+              std::string(SARBLOCK_DATASETS) +
+              "/scenes/cross-wise.toml\"\nset = [\"points.count=60\"]\n"
+              "[[axis]]\nkey = \"control.count\"\nvalues = [3, 4]\n"
+              "[goal]\nmax_sigma_up_m = 3.5\n[cost]\npass = 7\ncontrol_point = 10\n");
+  const ProgramRun run = RunProgram({"study", "design", study, "-o", folder_ / "out"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto rows = test::RowsOf(Content(folder_ / "out" / "design.csv"));
+  ASSERT_EQ(rows.size(), 3u);
+  const auto cell = [&](std::size_t row, const std::string& column) {
+    return rows[row][test::ColumnOf(rows, column)];
+  };
+  EXPECT_EQ(cell(1, "cost"), "44");  // 2 passes, 3 points
+  EXPECT_EQ(cell(2, "cost"), "54");
+  std::vector<double> worst_up_m;
+  for (const std::size_t row : {1u, 2u}) {
+    EXPECT_EQ(cell(row, "pareto"), "1");
+    const std::size_t line = run.out.find("\n" + cell(row, "value_1") + " ");
+    ASSERT_NE(line, std::string::npos) << run.out;
+    std::istringstream words(run.out.substr(line));
+    std::string value;
+    words >> value;
+    for (const std::string part : {"median", "max"}) {
+      for (const std::string axis : {"along", "across", "up"}) {
+        double shown_m = 0.0;
+        words >> shown_m;
+        const double sigma_m = std::stod(cell(row, part + "_sigma_" + axis + "_m"));
+        EXPECT_NEAR(shown_m, sigma_m, 0.005 * sigma_m) << part << " " << axis;
+      }
+    }
+    words >> value;
+    EXPECT_EQ(value, cell(row, "cost"));
+    worst_up_m.push_back(std::stod(cell(row, "max_sigma_up_m")));
+    EXPECT_EQ(cell(row, "reached"), worst_up_m.back() <= 3.5 ? "1" : "0");
+    EXPECT_EQ(run.out[run.out.find('\n', line + 1) - 1], cell(row, "reached") == "1" ? '*' : '4');
+  }
+  EXPECT_LT(worst_up_m[1], worst_up_m[0]);
+  const std::string curve = Content(folder_ / "out" / "design_curve.svg");
+  EXPECT_THAT(curve, HasSubstr("Accuracy against control.count"));
+  EXPECT_THAT(curve, HasSubstr("Accuracy against cost"));
 }
 
 TEST_F(StudyCommandTest, PushesBlocksToTheExtremesAndResumesThem) {
