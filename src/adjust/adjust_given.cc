@@ -230,17 +230,21 @@ void RefusePassWithoutLooks(const AdjustmentProblem& problem, AdjustResult* resu
 
 /// `decrement`: the Newton decrement, infinite where looks have no value.
 std::string WhyNotConverged(const SolveReport& solve, double decrement) {
-  if (!solve.converged) return solve.message;
-  if (!std::isfinite(decrement)) return "looks have no value in the model at the solution";
-  std::array<char, 200> text{};
-  std::snprintf(
-      text.data(),
-      text.size(),
-      "where the steps ended, a whole Newton step is still %.2g sigmas long: residuals are "
-      "too large for the curvature of the equations (gross contradictions, or points that "
-      "two looks hardly determine)",
-      decrement);
-  return text.data();
+  std::string why = solve.message;
+  if (solve.converged && !std::isfinite(decrement)) {
+    why = "looks have no value in the model at the solution";
+  } else if (solve.converged) {
+    std::array<char, 200> text{};
+    std::snprintf(
+        text.data(),
+        text.size(),
+        "where the steps ended, a whole Newton step is still %.2g sigmas long: residuals are "
+        "too large for the curvature of the equations (gross contradictions, or points that "
+        "two looks hardly determine)",
+        decrement);
+    why = text.data();
+  }
+  return solve.held_by.empty() ? why : why + "; where steps led, " + solve.held_by;
 }
 
 /// No solution is accepted in which a point is above an antenna or on the side away from the look.
@@ -359,12 +363,13 @@ void SearchForGroup(const AdjustOptions& options,
 
 /// Solution and search as requested; if they contradict themselves, or there is no solution, by
 /// consensus. Returns the options of the solution: a consensus replaces a loss.
-/// `unsettled`: there was no solution and no consensus: a later solution may be another minimum.
+/// `unsettled`: why there is no solution where there is no consensus either, else kNone: a later
+/// solution may be another minimum.
 AdjustOptions SolveAndSearch(const AdjustOptions& asked,
                              const Solution& solution,
                              ProgressSink* progress,
                              AdjustResult* result,
-                             bool* unsettled) {
+                             Contradiction* unsettled) {
   AdjustOptions plain = asked;
   plain.quality.snooping = Snooping::kNone;
   AdjustOptions agreed = asked;
@@ -375,7 +380,8 @@ AdjustOptions SolveAndSearch(const AdjustOptions& asked,
     tried = true;
     const StageTimer timer("consensus", &result->stages);
     ConsensusOutcome found = SearchByConsensus(asked, solution, progress);
-    *unsettled = !found.agreed && contradiction == Contradiction::kGross;
+    const bool settled = found.agreed || contradiction == Contradiction::kTest;
+    *unsettled = settled ? Contradiction::kNone : contradiction;
     if (!found.adopted) return false;
     result->snooping = std::move(found.adopted);
     Warn(result, DescribeConsensus(*solution.problem, *result->snooping));
@@ -407,7 +413,7 @@ AdjustOptions SolveAndSearch(const AdjustOptions& asked,
     }
     if (!tried && by_consensus(FindContradiction(plain, solution))) return agreed;
     if (asked.quality.snooping == Snooping::kNone) return asked;
-    if (*unsettled && !solution.solve->converged) {
+    if (*unsettled != Contradiction::kNone && !solution.solve->converged) {
       Warn(
           result,
           "no search for blunders was made: the block as it was given has no solution to test, and "
@@ -495,10 +501,11 @@ AdjustResult AdjustGiven(const Block& block,
   }
   SolveReport solve;
   const Solution solution{&problem, &state, &solve, &system, &defects};
-  bool unsettled = false;
+  Contradiction unsettled = Contradiction::kNone;
   AdjustOptions options = SolveAndSearch(asked, solution, progress, &result, &unsettled);
+  const bool settled = unsettled == Contradiction::kNone;
   RobustOutcome robust;
-  if (!unsettled && options.robust == RobustLoss::kNone) {
+  if (settled && options.robust == RobustLoss::kNone) {
     SearchForGroup(options, solution, &robust, progress, &result);
   }
   if (options.variance_components != VarianceComponents::kNone) {
@@ -510,7 +517,7 @@ AdjustResult AdjustGiven(const Block& block,
   if (options.robust != RobustLoss::kNone) {
     robust = SettleRobust(solution, &options, progress, &result);
     // Estimated components are not those of another choice of looks.
-    if (!unsettled && robust.why_none.empty() && !result.variance_components) {
+    if (settled && robust.why_none.empty() && !result.variance_components) {
       SearchForGroup(options, solution, &robust, progress, &result);
     }
     if (!robust.dropped.empty()) {
@@ -578,10 +585,13 @@ AdjustResult AdjustGiven(const Block& block,
   if (asked.robust != RobustLoss::kNone || result.snooping)
     RefusePassWithoutLooks(problem, &result);
   RefuseMirrorSolutions(problem, state, *system, &result);
-  if (unsettled) {
+  const bool unsolved = unsettled == Contradiction::kUnsolved;
+  if (unsettled == Contradiction::kGross || (unsolved && why_not.empty())) {
     Refuse(&result,
-           "the block contradicted itself and its looks have no consensus: where steps or losses "
-           "came to an end may not be the place");
+           std::string(unsolved ? "the first solution did not converge"
+                                : "the block contradicted itself") +
+               " and its looks have no consensus: where steps or losses came to an end may not be "
+               "the place");
   }
   WarnOfWeakDirections(rank, &result);
   FillParameters(problem, state, &result);

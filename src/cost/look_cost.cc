@@ -237,15 +237,15 @@ double CorrectedFlight::AzimuthUnit_m(const LookMeasurement& look,
   MeasuredLook measured = parts_->Measured(look);
   measured.range_m = 0.0;
   LookEvaluation at;
-  const bool has_value = EvaluateMeasuredLook(*parts_->path,
-                                              measured,
-                                              p_m,
-                                              Eigen::Vector3d::Zero(),
-                                              local.data(),
-                                              parts_->ColumnCount(),
-                                              {},
-                                              &at);
-  return has_value ? at.azimuth_unit_m : kNotGiven;
+  const LookValue value = EvaluateMeasuredLook(*parts_->path,
+                                               measured,
+                                               p_m,
+                                               Eigen::Vector3d::Zero(),
+                                               local.data(),
+                                               parts_->ColumnCount(),
+                                               {},
+                                               &at);
+  return value == LookValue::kGiven ? at.azimuth_unit_m : kNotGiven;
 }
 
 LookMeasurement MeasurementOf(const Block& block,
@@ -339,16 +339,15 @@ class LookCost final : public ceres::CostFunction {
       for (std::size_t b = 1; b < sizes.size(); ++b) next = std::copy_n(blocks[b], sizes[b], next);
     }
     LookEvaluation at;
-    if (!EvaluateMeasuredLook(*parts_.path,
-                              look_,
-                              origin_.place_m(),
-                              Eigen::Vector3d(blocks[0]),
-                              x,
-                              columns_,
-                              weights_,
-                              &at)) {
-      return false;
-    }
+    const LookValue value = EvaluateMeasuredLook(*parts_.path,
+                                                 look_,
+                                                 origin_.place_m(),
+                                                 Eigen::Vector3d(blocks[0]),
+                                                 x,
+                                                 columns_,
+                                                 weights_,
+                                                 &at);
+    if (value != LookValue::kGiven) return false;
     for (int r = 0; r < rows_.count; ++r) residuals[r] = at.whitened_error[rows_.first + r];
     if (jacobians == nullptr) return true;
     if (jacobians[0] != nullptr) {

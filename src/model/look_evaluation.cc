@@ -259,21 +259,21 @@ Beyond BeyondPath(const FlightPath& path, double path_s) {
   return path_s >= start_s - most_s && path_s <= end_s + most_s ? Beyond::kNear : Beyond::kFar;
 }
 
-bool EvaluateMeasuredLook(const CorrectedPath& corrected,
-                          const MeasuredLook& look,
-                          const Eigen::Vector3d& start_m,
-                          const Eigen::Vector3d& displacement_m,
-                          const double* x,
-                          int columns,
-                          const LookWeights& weights,
-                          LookEvaluation* out,
-                          LookCurvature* curvature) {
+LookValue EvaluateMeasuredLook(const CorrectedPath& corrected,
+                               const MeasuredLook& look,
+                               const Eigen::Vector3d& start_m,
+                               const Eigen::Vector3d& displacement_m,
+                               const double* x,
+                               int columns,
+                               const LookWeights& weights,
+                               LookEvaluation* out,
+                               LookCurvature* curvature) {
   using Azimuth = MeasuredLook::Azimuth;
   const PassCorrections& c = corrected.corrections();
   const double measured_s = look.time_s;
   const double path_s = measured_s + SumOf(c.time_bias, x);
   const Beyond beyond = BeyondPath(corrected.path(), path_s);
-  if (beyond == Beyond::kFar) return false;
+  if (beyond == Beyond::kFar) return LookValue::kBeyondPath;
   const bool exact_time = look.azimuth != Azimuth::kTime;
   double read_s = corrected.ReadingTime_s(measured_s, path_s);
   if (corrected.ReadsAtCrossing() && !exact_time) {
@@ -281,7 +281,7 @@ bool EvaluateMeasuredLook(const CorrectedPath& corrected,
   }
   const double biased_s = path_s - read_s;
   PathReading path;
-  if (!corrected.Read(measured_s, read_s, x, &path)) return false;
+  if (!corrected.Read(measured_s, read_s, x, &path)) return LookValue::kNotFinite;
   AxisTurn turn = TurnAt(c, path, x);
   // An exact time has no error to be found: the path is continued to it.
   const double exact_s = exact_time ? biased_s : 0.0;
@@ -304,7 +304,7 @@ bool EvaluateMeasuredLook(const CorrectedPath& corrected,
                                                         squint_bias_rad,
                                                         &crossing)
                                           : FindRange(path.motion, d_before, &crossing);
-  if (!found) return false;
+  if (!found) return LookValue::kNoCrossing;
   if (!exact_time) crossing.error -= biased_s;
   const LookEquations& eq = crossing.eq;
   const double dt_s = crossing.dt_s + exact_s;     // after the reading
@@ -321,7 +321,7 @@ bool EvaluateMeasuredLook(const CorrectedPath& corrected,
       const TroposphereTerm& term = c.troposphere[q];
       SlantMapping& mapping = mappings[q];
       if (!EvaluateMapping(vertical, crossing.d_m, eq.rho_m, term.scale_height_m, &mapping)) {
-        return false;
+        return LookValue::kNotAbove;
       }
       const double zenith_m = x[term.column];
       range_error_m += zenith_m * mapping.value;
@@ -356,7 +356,9 @@ bool EvaluateMeasuredLook(const CorrectedPath& corrected,
       std::fill_n(row.begin(), static_cast<std::size_t>(columns), 0.0);
     }
   }
-  if (columns == 0) return out->whitened_error.allFinite();
+  const LookValue value =
+      out->whitened_error.allFinite() ? LookValue::kGiven : LookValue::kNotFinite;
+  if (columns == 0) return value;
 
   if (path.term_count > 0) {
     const Eigen::RowVector3d cone_by_v = crossing.ConeByVelocity(turn.used);
@@ -416,7 +418,7 @@ bool EvaluateMeasuredLook(const CorrectedPath& corrected,
   for (std::size_t q = 0; q < c.troposphere.size(); ++q) {
     set(c.troposphere[q].column, mappings[q].value, 0.0);
   }
-  return out->whitened_error.allFinite();
+  return value;
 }
 
 }  // namespace sarblock

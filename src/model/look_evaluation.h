@@ -74,6 +74,15 @@ struct LookCurvature {
   Eigen::Vector3d cone_by_velocity;  ///< f_v, 0 where the time is exact
 };
 
+/// Whether the model has a value for a look at a state, or why it has none.
+enum class LookValue : std::uint8_t {
+  kGiven,
+  kBeyondPath,  ///< time plus bias lie beyond an end of the path by more than the path's length
+  kNoCrossing,  ///< the cone never passes over the point, or with less than a fiftieth of the speed
+  kNotAbove,    ///< under a troposphere: the line of sight is level at the target, or rises
+  kNotFinite,   ///< overflow
+};
+
 /// What a look measures, predicted from its point and all corrections: the explicit model
 /// (model.md, sections 3 and 4; docs/theory/observations.md, eqs. (11) to (11d)).
 ///
@@ -102,19 +111,17 @@ struct LookCurvature {
 /// every evaluation (Newton's method on the cone, to 1e-12 of rho). For a range alone R_p is e_r at
 /// t, as for a look whose Doppler is measured; row 1 is then 0.
 ///
-/// Evaluates a look of a path at start_m + displacement_m under `columns` local corrections x.
-/// False where the model has no value: path too far away, point at the antenna, a cone that the
-/// point is never on, line of sight level at the target under a troposphere, overflow. `curvature`,
-/// where given, is set too.
-[[nodiscard]] bool EvaluateMeasuredLook(const CorrectedPath& corrected,
-                                        const MeasuredLook& look,
-                                        const Eigen::Vector3d& start_m,
-                                        const Eigen::Vector3d& displacement_m,
-                                        const double* x,
-                                        int columns,
-                                        const LookWeights& weights,
-                                        LookEvaluation* out,
-                                        LookCurvature* curvature = nullptr);
+/// Evaluates a look of a path at start_m + displacement_m under `columns` local corrections x,
+/// where the model has a value. `curvature`, where given, is set too.
+[[nodiscard]] LookValue EvaluateMeasuredLook(const CorrectedPath& corrected,
+                                             const MeasuredLook& look,
+                                             const Eigen::Vector3d& start_m,
+                                             const Eigen::Vector3d& displacement_m,
+                                             const double* x,
+                                             int columns,
+                                             const LookWeights& weights,
+                                             LookEvaluation* out,
+                                             LookCurvature* curvature = nullptr);
 
 /// Where a time lies: within a path, beyond an end by at most its length, or farther.
 enum class Beyond { kInside, kNear, kFar };

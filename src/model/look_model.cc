@@ -78,6 +78,13 @@ bool LookModel::Evaluate(const LookState& at,
                          const LookWeights& weights,
                          LookEvaluation* out,
                          LookCurvature* curvature) const {
+  return ValueOf(at, weights, out, curvature) == LookValue::kGiven;
+}
+
+LookValue LookModel::ValueOf(const LookState& at,
+                             const LookWeights& weights,
+                             LookEvaluation* out,
+                             LookCurvature* curvature) const {
   return EvaluateMeasuredLook(paths_[block_.looks.pass[at.look]],
                               MeasuredAt(at.look),
                               at.start_m,

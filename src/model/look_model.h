@@ -78,6 +78,11 @@ class LookModel {
   [[nodiscard]] MeasuredLook MeasuredAt(std::size_t look) const;
 
   /// EvaluateMeasuredLook() of a look of the block.
+  [[nodiscard]] LookValue ValueOf(const LookState& at,
+                                  const LookWeights& weights,
+                                  LookEvaluation* out,
+                                  LookCurvature* curvature = nullptr) const;
+  /// The same; false where there is no value.
   [[nodiscard]] bool Evaluate(const LookState& at,
                               const LookWeights& weights,
                               LookEvaluation* out,

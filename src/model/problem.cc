@@ -157,18 +157,65 @@ bool EvaluateLook(const LookModel& model,
                         curvature);
 }
 
-bool EvaluateErrors(const LookModel& model,
-                    const BlockState& state,
-                    std::size_t point,
-                    std::size_t look,
-                    LookEvaluation* out) {
+namespace {
+
+/// The value of a look without weights and without the partials by corrections.
+LookValue ValueOfErrors(const LookModel& model,
+                        const BlockState& state,
+                        std::size_t point,
+                        std::size_t look,
+                        LookEvaluation* out) {
   LookColumns columns;
   model.ColumnsOf(look, &columns);
   std::array<double, ParameterLayout::kMaxLocalColumns> local;
   const double* x = LocalCorrections(model.layout(), columns, state.corrections, &local);
   columns.column_count = 0;
-  return model.Evaluate(
+  return model.ValueOf(
       {look, columns, state.start_m[point], state.displacement_m[point], x}, {}, out);
+}
+
+const char* InWords(LookValue value) {
+  switch (value) {
+    case LookValue::kGiven:
+      break;
+    case LookValue::kBeyondPath:
+      return "its time with the time bias lies beyond the flight path by more than the path's "
+             "length";
+    case LookValue::kNoCrossing:
+      return "on the corrected flight its cone turns with the point, or never passes over it "
+             "(corrections that are hardly determined allow such a flight; narrower priors, a "
+             "lower degree or wider knots prevent it)";
+    case LookValue::kNotAbove:
+      return "its line of sight does not come from above";
+    case LookValue::kNotFinite:
+      return "its numbers overflow";
+  }
+  return "";
+}
+
+}  // namespace
+
+bool EvaluateErrors(const LookModel& model,
+                    const BlockState& state,
+                    std::size_t point,
+                    std::size_t look,
+                    LookEvaluation* out) {
+  return ValueOfErrors(model, state, point, look, out) == LookValue::kGiven;
+}
+
+std::string WhyNoValue(const AdjustmentProblem& problem,
+                       const BlockState& state,
+                       std::size_t point) {
+  const Block& block = problem.block;
+  for (std::size_t i = block.looks.offsets[point]; i < block.looks.offsets[point + 1]; ++i) {
+    if (problem.look_used[i] == 0) continue;
+    LookEvaluation at;
+    const LookValue value = ValueOfErrors(problem.model, state, point, i, &at);
+    if (value == LookValue::kGiven) continue;
+    return "the look of pass " + block.passes[block.looks.pass[i]].id + " at point " +
+           std::string(block.points.ids[point]) + " has no value: " + InWords(value);
+  }
+  return "";
 }
 
 LookWeights WeightsAt(const LookSigma& sigma, double azimuth_unit_m) {

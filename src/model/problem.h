@@ -136,6 +136,11 @@ struct CorrectionModel {
                                   std::size_t point,
                                   std::size_t look,
                                   LookEvaluation* out);
+/// The first look of a point for which the model has no value at a state, and why, in words; empty
+/// where it has one for all.
+[[nodiscard]] std::string WhyNoValue(const AdjustmentProblem& problem,
+                                     const BlockState& state,
+                                     std::size_t point);
 
 /// Weights of a look with these standard deviations where a unit of its azimuth measurement is so
 /// many metres at its target (LookEvaluation::azimuth_unit_m).

@@ -595,6 +595,9 @@ void PartialSum::Add(const PointEquations& equations, std::size_t point, PieceSc
   }
   totals_.cost += factor.cost;
   totals_.not_evaluated += factor.looks_not_evaluated;
+  if (factor.looks_not_evaluated > 0) {
+    totals_.first_not_evaluated = std::min(totals_.first_not_evaluated, point);
+  }
   totals_.beyond_path += factor.looks_beyond_path;
   totals_.weight_change = std::max(totals_.weight_change, factor.weight_change);
   for (Eigen::Index k = 0; k < 3; ++k) {

@@ -135,9 +135,11 @@ struct NormalSums {
 
 /// Sums over points that are not elements of S.
 struct PointTotals {
+  static constexpr std::size_t kNoPoint = static_cast<std::size_t>(-1);
   double cost = 0.0, step_square = 0.0, gradient_square = 0.0, weight_change = 0.0;
   int not_evaluated = 0, beyond_path = 0;
-  bool any_subtracted = false;  ///< a point was added as a difference
+  std::size_t first_not_evaluated = kNoPoint;  ///< the first point with such a look
+  bool any_subtracted = false;                 ///< a point was added as a difference
 };
 
 /// Scratch of one piece at a time.

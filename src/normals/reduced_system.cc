@@ -120,6 +120,7 @@ bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, boo
   weak_points_.clear();
   cost_ = gradient_ = point_step_square_ = 0.0;
   looks_not_evaluated_ = looks_beyond_path_ = 0;
+  first_not_evaluated_ = PointTotals::kNoPoint;
   kept_.reset();
   const bool keep = kept_bytes_ > 0 && damping_ == 0.0 && weighting.loss == RobustLoss::kNone &&
                     !weighting.curved;
@@ -181,6 +182,7 @@ bool ReducedSystem::Sum(const BlockState& state, const Weighting& weighting, boo
       point_step_square_ += of_piece.step_square;
       gradient_ = std::max(gradient_, std::sqrt(of_piece.gradient_square));
       looks_not_evaluated_ += of_piece.not_evaluated;
+      first_not_evaluated_ = std::min(first_not_evaluated_, of_piece.first_not_evaluated);
       looks_beyond_path_ += of_piece.beyond_path;
       weight_change_ = std::max(weight_change_, of_piece.weight_change);
       subtracted |= of_piece.any_subtracted;

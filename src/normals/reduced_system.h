@@ -102,6 +102,8 @@ class ReducedSystem {
 
   [[nodiscard]] double cost() const { return cost_; }
   [[nodiscard]] int looks_not_evaluated() const { return looks_not_evaluated_; }
+  /// The first point with such a look; PointTotals::kNoPoint where there is none.
+  [[nodiscard]] std::size_t first_not_evaluated() const { return first_not_evaluated_; }
   /// Looks that read a path continued beyond its ends: allowed on the way, not at a solution.
   [[nodiscard]] int looks_beyond_path() const { return looks_beyond_path_; }
   /// Largest relative change of a weight of an azimuth where weights were renewed.
@@ -177,6 +179,7 @@ class ReducedSystem {
   double gradient_ = 0.0;
   double point_step_square_ = 0.0;
   int looks_not_evaluated_ = 0;
+  std::size_t first_not_evaluated_ = PointTotals::kNoPoint;
   int looks_beyond_path_ = 0;
   double weight_change_ = 0.0;
 };

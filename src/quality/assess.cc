@@ -524,9 +524,32 @@ std::string ControlReason(const Block& block, const AdjustResult& result) {
       control);
 }
 
-std::string CheckReason(const AdjustOptions& options, const CheckSummary& checks) {
+/// How many times wider the priors are than the corrections that came out, as a group, where looks
+/// and control are as they are stated; nothing where it may be less than kPriorsThatMatter.
+std::optional<double> WidthOfPriors(const AdjustOptions& options, const AdjustResult& result) {
+  if (!result.chi_square_passed || !GroupReason(result).empty()) return std::nullopt;
+  constexpr double kFactor = kPriorsThatMatter * kPriorsThatMatter;
+  const double chance = 1.0 - LevelOfOneTest(options.test_level);
+  for (const ObservationGroup& group : result.assessment.groups) {
+    if (group.name != "priors" || !(group.square_sum > 0.0)) continue;
+    if (kFactor * group.square_sum > ChiSquareQuantile(chance, group.redundancy)) continue;
+    return 1.0 / std::sqrt(group.factor());
+  }
+  return std::nullopt;
+}
+
+/// `width`: of the priors (WidthOfPriors).
+std::string CheckReason(const AdjustOptions& options,
+                        const CheckSummary& checks,
+                        std::optional<double> width) {
   if (checks.components == 0 || checks.realistic()) return {};
   const bool large = checks.chi_square > checks.chi_square_interval.upper;
+  const std::string pessimistic =
+      !width ? "standard deviations are stated too large"
+             : Format(
+                   "priors of the corrections that are %.3g times wider than what came out make "
+                   "standard deviations of points too large",
+                   *width);
   return Format(
              "check points: errors are %.3g times as large as predicted where %.3g to %.3g is "
              "expected (%.4g %%)",
@@ -536,7 +559,7 @@ std::string CheckReason(const AdjustOptions& options, const CheckSummary& checks
              100.0 * LevelOfOneTest(options.test_level)) +
          (large ? ": errors of the flights without a correction, or check points of another frame "
                   "or source than the control points"
-                : ": standard deviations are stated too large");
+                : ": " + pessimistic);
 }
 
 /// "range of S5 at T697", or the component of a control point.
@@ -616,12 +639,18 @@ void Assess(const Block& block, const AdjustOptions& options, AdjustResult* resu
   out.verdict = out.reasons.empty() ? Verdict::kAccepted : Verdict::kNotAccepted;
   if (result->status == AdjustStatus::kPredicted) return;
   const PriorFindings priors = TestPriors(*result, options.test_level);
+  // Errors below what wide priors let expect are no mistake of the block.
+  const std::optional<double> width = WidthOfPriors(options, *result);
+  std::string of_checks = CheckReason(options, out.checks, width);
+  if (width && out.checks.chi_square < out.checks.chi_square_interval.lower) {
+    Warn(result, std::exchange(of_checks, {}));
+  }
   for (std::string& reason :
        std::array<std::string, 6>{priors.reason,
                                   gross ? std::string() : GlobalTestReason(options, *result),
                                   gross ? std::string() : GroupReason(*result),
                                   ControlReason(block, *result),
-                                  CheckReason(options, out.checks),
+                                  std::move(of_checks),
                                   ObservationReason(block, options, *result)}) {
     if (reason.empty()) continue;
     out.reasons.push_back(std::move(reason));

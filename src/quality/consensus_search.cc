@@ -223,7 +223,7 @@ Contradiction FindContradiction(const AdjustOptions& options, const Solution& so
   if (!Converged(options, solution, nullptr)) {
     // A lowered limit is a wish to see where the steps end.
     const bool limited = options.max_iterations < AdjustOptions{}.max_iterations;
-    return limited ? Contradiction::kNone : Contradiction::kGross;
+    return limited ? Contradiction::kNone : Contradiction::kUnsolved;
   }
   if (ContradictsPriors(problem, *solution.state)) return Contradiction::kGross;
   Remainder rest = RemainderOf(options, solution);

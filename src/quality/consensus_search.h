@@ -33,14 +33,15 @@ struct Solution {
 /// its path is then undecided, since another one may fit the lost looks.
 [[nodiscard]] std::optional<std::size_t> PassThatLosesControl(const AdjustmentProblem& problem);
 
-/// How a solution contradicts itself, if it does.
+/// How a solution contradicts itself, if it does, from least to most.
 enum class Contradiction {
   kNone,
-  kTest,   ///< although a search or a loss left out wrong looks, the global test fails, or a pass
-           ///< lost more looks than chance explains, compared with the others
-  kGross,  ///< not converged, points at mirror solutions, priors contradicted, a quarter of the
-           ///< looks left out, or half of those that decide about a pass, or more v'Pv than wrong
-           ///< standard deviations explain
+  kTest,  ///< although a search or a loss left out wrong looks, the global test fails, or a pass
+          ///< lost more looks than chance explains, compared with the others
+  kUnsolved,  ///< not converged: of the looks nothing is known
+  kGross,     ///< points at mirror solutions, priors contradicted, a quarter of the looks left out,
+              ///< or half of those that decide about a pass, or more v'Pv than wrong standard
+              ///< deviations explain
 };
 [[nodiscard]] Contradiction FindContradiction(const AdjustOptions& options,
                                               const Solution& solution);

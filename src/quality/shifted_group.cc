@@ -618,7 +618,7 @@ std::optional<SnoopingReport> SearchShiftedGroup(const AdjustOptions& asked,
                            solution.system,
                            solution.defects,
                            progress);
-    if (FindContradiction(options, solution) == Contradiction::kGross) return std::nullopt;
+    if (FindContradiction(options, solution) >= Contradiction::kUnsolved) return std::nullopt;
     for (const std::uint64_t look : found->group()) {
       BlunderFinding finding;
       finding.point = static_cast<std::uint32_t>(problem->block.looks.PointOf(look));

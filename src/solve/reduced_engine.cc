@@ -108,18 +108,6 @@ double OwnStepOf(double decrement, const AdjustmentProblem& problem) {
   return std::clamp(kOwnStepPart * decrement / std::sqrt(points), kMinOwnStep, kMaxOwnStep);
 }
 
-/// Why a solution stopped early. Looks without a value refuse steps: that is said, its cure is not
-/// more iterations.
-std::string WhyStopped(const std::string& reason, int refused) {
-  std::string text = reason;
-  if (refused > 0) {
-    text += "; " + std::to_string(refused) +
-            " steps were refused because looks have no value there (a flight path too short for a "
-            "time bias, or a line of sight that does not come from above)";
-  }
-  return text;
-}
-
 /// One state of the solution: its Newton step of the corrections, and how long the step of all
 /// unknowns is.
 struct Newton {
@@ -196,7 +184,7 @@ class NewtonSteps {
   [[nodiscard]] bool Restart();
   Next BeginAgain() { return Restart() ? Next::kAgain : Stop(kUnsolvable); }
   Next Stop(const std::string& reason) {
-    report_.message = WhyStopped(reason, refused_by_looks_);
+    report_.message = reason;
     return Next::kEnd;
   }
 
@@ -241,7 +229,6 @@ class NewtonSteps {
   double contraction_ = 0.0;   // Newton decrement over that of the step before
   bool kept_promise_ = false;  // the last step lowered the cost by most of what it promised
   int refused_in_turn_ = 0;
-  int refused_by_looks_ = 0;                  // steps to where looks have no value
   double settle_points_below_ = kMaxOwnStep;  // own steps of points, in sigmas
 };
 
@@ -413,10 +400,13 @@ void NewtonSteps::Evaluate(Trial* trial) {
   const bool was_plain = std::exchange(plain_, false);
   trial->state.start_m.swap(state_.start_m);  // lent, not copied
   const bool factored = FormAndSolve(&trial->state, next_damping, &trial->newton);
+  const bool evaluated = system_.looks_not_evaluated() == 0;
+  if (!evaluated) {
+    report_.held_by = WhyNoValue(problem_, trial->state, system_.first_not_evaluated());
+  }
   trial->state.start_m.swap(state_.start_m);
   plain_ = was_plain;
-  const bool valid = system_.looks_not_evaluated() == 0 && std::isfinite(system_.cost());
-  trial->solved = valid && factored;
+  trial->solved = evaluated && std::isfinite(system_.cost()) && factored;
   trial->gain = report_.final_cost - system_.cost();
   // A gain of less than the cost's own rounding, or than what other weights may make of it, is no
   // evidence; the step that is left keeps the digits that the cost has lost.
@@ -431,6 +421,7 @@ void NewtonSteps::Accept(Trial* trial) {
   state_.corrections = trial->state.corrections;
   report_.final_cost = system_.cost();
   report_.formed_at_state = !trial->newton.curved;
+  if (newton_.damping <= kFirstDamping) report_.held_by.clear();
   damping() = trial->newton.damping;
   kept_promise_ = refused_in_turn_ == 0 && trial->gain >= kKept * trial->predicted;
   slow_ = (slow_ && !curved_) || next_left > kSlow * left;
@@ -447,7 +438,6 @@ void NewtonSteps::Accept(Trial* trial) {
 NewtonSteps::Next NewtonSteps::Refuse(const Trial& trial) {
   kept_promise_ = false;
   report_.formed_at_state = false;
-  if (system_.looks_not_evaluated() > 0) ++refused_by_looks_;
   ++refused_in_turn_;
   // The same step again, along the curve that the equations bend it to.
   if (trial.solved && can_bend_ && !std::exchange(bends_, true)) return BeginAgain();

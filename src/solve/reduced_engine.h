@@ -30,6 +30,9 @@ struct SolveReport {
   /// Newton decrement at the end in sigmas, steps to come included.
   double decrement = 0.0;
   std::string message;
+  /// The last look without a value where a step led to (WhyNoValue), until a step that is nearly
+  /// undamped is taken; of SolveReduced. Its cure is not more iterations.
+  std::string held_by;
 };
 
 struct SolveOptions {

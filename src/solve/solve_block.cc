@@ -134,6 +134,7 @@ bool NewtonFinish(const AdjustOptions& options,
   solve->final_cost = report.final_cost;
   solve->curved = solve->curved || report.curved;
   solve->message = report.message;
+  if (report.iterations > 0 || !report.held_by.empty()) solve->held_by = report.held_by;
   solve->decrement = report.decrement;
   if (!report.formed_at_state) system->Form(*state, {}, progress);
   return system->looks_not_evaluated() == 0 && system->weak_points().empty() &&
@@ -151,6 +152,7 @@ void AddTo(const SolveReport& part, SolveReport* total) {
   if (part.formed > 0) total->damping = part.damping;
   total->final_cost = part.final_cost;
   total->message = part.message;
+  total->held_by = part.held_by;
 }
 
 }  // namespace

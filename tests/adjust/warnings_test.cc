@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "solve/weak_directions.h"
+#include "support/scene_blocks.h"
 #include "support/small_blocks.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,6 +16,8 @@ namespace {
 
 using testing::AllOf;
 using testing::Contains;
+using testing::ContainsRegex;
+using testing::Each;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -39,6 +42,33 @@ TEST(WarningsTest, TimesSoLargeThatTheirRoundingCountsAreWarnedOf) {
               Not(Contains(HasSubstr("rounding of double precision"))));
   EXPECT_THAT(Adjust(WithTimesFrom(1.7e11).block, {}).warnings,
               Contains(HasSubstr("rounding of double precision")));
+}
+
+// A good block whose spline may bend the flights as it likes: 100 m from one coefficient to the
+// next in 5 s are 20 m/s^2, where 1.6 m/s^2 turn the cone with a point in 20 km. Steps end where a
+// look has no value; knots of 20 s determine the same block.
+TEST(WarningsTest, TheLookWhoseConeTurnsWithItsPointIsNamed) {
+  const test::SceneBlock made = test::SimulatedSceneBlock(
+      "scenes", "cross-wise", {"seed=2", "points.count=15", "check.count=5"});
+  PositionCorrection spline;
+  spline.basis = PositionCorrection::Basis::kSpline;
+  spline.prior_sigma_m.fill({100.0});
+  const auto with_knots = [&](double spacing_s) {
+    spline.knot_spacing_s = spacing_s;
+    AdjustOptions options = made.options;
+    options.groups = {{"position", spline, {}, false}};
+    return Adjust(made.block, options);
+  };
+  const AdjustResult bent = with_knots(5.0);
+  EXPECT_EQ(bent.status, AdjustStatus::kNotConverged);
+  EXPECT_THAT(
+      bent.assessment.reasons,
+      AllOf(Contains(AllOf(HasSubstr("not converged: "),
+                           ContainsRegex("the look of pass [EN] at point [A-Z][0-9]+ has no "
+                                         "value: on the corrected flight its cone turns"),
+                           HasSubstr("wider knots"))),
+            Each(Not(HasSubstr("contradicted itself")))));
+  EXPECT_EQ(with_knots(20.0).assessment.verdict, Verdict::kAccepted);
 }
 
 // Ranges of one pass a kilometre too long: the solution converges and means nothing.

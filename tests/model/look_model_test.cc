@@ -4,6 +4,8 @@
 #include "sarblock/core/error.h"
 #include "sarblock/core/statistics.h"
 
+#include <array>
+#include <limits>
 #include <map>
 #include <string>
 #include <utility>
@@ -340,10 +342,12 @@ class LookModelDomainTest : public testing::Test {
         model_(known_.block, layout_) {
     model_.ColumnsOf(0, &columns_);
   }
-  bool Evaluates(const Eigen::Vector3d& p_m, double bias_s) const {
-    const std::array<double, 2> x{bias_s, 2.3};
+  [[nodiscard]] LookValue ValueAt(const Eigen::Vector3d& p_m,
+                                  double bias_s,
+                                  double zenith_m = 2.3) const {
+    const std::array<double, 2> x{bias_s, zenith_m};
     LookEvaluation at;
-    return model_.Evaluate({0, columns_, p_m, Eigen::Vector3d::Zero(), x.data()}, {}, &at);
+    return model_.ValueOf({0, columns_, p_m, Eigen::Vector3d::Zero(), x.data()}, {}, &at);
   }
   [[nodiscard]] bool BeyondPath(double bias_s) const {
     const std::array<double, 2> x{bias_s, 2.3};
@@ -363,14 +367,15 @@ class LookModelDomainTest : public testing::Test {
 TEST_F(LookModelDomainTest, TellsWhereThePathIsContinuedBeyondItsEnds) {
   const FlightPath& path = known_.block.passes[0].path;
   const double time_s = known_.block.looks.time_s[0];
-  EXPECT_TRUE(Evaluates(known_.truth_m[0], 0.0));
-  EXPECT_TRUE(Evaluates(known_.truth_m[0], path.end_s() - time_s - 1e-6));
+  EXPECT_EQ(ValueAt(known_.truth_m[0], 0.0), LookValue::kGiven);
+  EXPECT_EQ(ValueAt(known_.truth_m[0], path.end_s() - time_s - 1e-6), LookValue::kGiven);
   EXPECT_FALSE(BeyondPath(path.end_s() - time_s - 1e-6));
   EXPECT_TRUE(BeyondPath(path.end_s() - time_s + 1e-6));
   EXPECT_FALSE(BeyondPath(path.start_s() - time_s + 1e-6));
   EXPECT_TRUE(BeyondPath(path.start_s() - time_s - 1e-6));
-  EXPECT_FALSE(Evaluates(known_.truth_m[0], 3.0 * (path.end_s() - path.start_s())));
-  EXPECT_FALSE(Evaluates(known_.truth_m[0], kNotGiven));
+  EXPECT_EQ(ValueAt(known_.truth_m[0], 3.0 * (path.end_s() - path.start_s())),
+            LookValue::kBeyondPath);
+  EXPECT_EQ(ValueAt(known_.truth_m[0], kNotGiven), LookValue::kBeyondPath);
 }
 
 // A last state 30 million years late: the cubic between the states turns round the Earth at the
@@ -399,13 +404,48 @@ TEST(LookModelTest, NamesThePassWhosePathTurnsTooFastToBeTabulated) {
 
 TEST_F(LookModelDomainTest, HasNoValueAtTheAntennaOrForALevelSight) {
   const Motion motion = *known_.block.passes[0].path.At(known_.block.looks.time_s[0]);
-  EXPECT_FALSE(Evaluates(motion.position_m, 0.0));
+  EXPECT_EQ(ValueAt(motion.position_m, 0.0), LookValue::kNoCrossing);
   Eigen::Vector3d level_m = known_.truth_m[0];
   level_m.z() = motion.position_m.z();
-  EXPECT_FALSE(Evaluates(level_m, 0.0));
+  EXPECT_EQ(ValueAt(level_m, 0.0), LookValue::kNotAbove);
   level_m.z() -= 1.0;  // a milliradian below the horizon there is air to look through
-  EXPECT_TRUE(Evaluates(level_m, 0.0));
-  EXPECT_FALSE(Evaluates(Eigen::Vector3d::Constant(1e200), 0.0));
+  EXPECT_EQ(ValueAt(level_m, 0.0), LookValue::kGiven);
+  EXPECT_EQ(ValueAt(Eigen::Vector3d::Constant(1e200), 0.0), LookValue::kNoCrossing);
+  EXPECT_EQ(ValueAt(known_.truth_m[0], 0.0, std::numeric_limits<double>::infinity()),
+            LookValue::kNotFinite);
+}
+
+// Closed form: in the middle of its strip a path with a correction c P2 across has the velocity of
+// the given one and the acceleration 3 c / T^2 across more, T half the strip. The cone passes over
+// a point at the distance D across with |v| - a.d / |v| (docs/theory/observations.md, eq. (10b)),
+// which must be above a fiftieth of |v|.
+TEST(LookModelTest, HasNoValueWhereTheConeTurnsWithThePoint) {
+  test::KnownBlock known = test::MakeBlock(test::AircraftPlan(0.0));
+  const Pass& pass = known.block.passes[0];
+  const double half_s = 0.5 * (pass.end_s - pass.start_s), across_m = 12e3;
+  known.block.looks.time_s[0] = pass.start_s + half_s;
+  const Motion motion = *pass.path.At(known.block.looks.time_s[0]);
+  const Eigen::Vector3d across = Eigen::Vector3d::UnitZ().cross(motion.velocity_mps).normalized();
+  PositionCorrection parabola;
+  parabola.degree = 2;
+  parabola.axes = PositionCorrection::Axes::kFrame;
+  const ParameterLayout layout = MakeParameterLayout(known.block, {Own("position", parabola)});
+  const LookModel model(known.block, layout);
+  LookColumns columns;
+  model.ColumnsOf(0, &columns);
+  const Eigen::Vector3d d_m =
+      across_m * across - 8e3 * motion.velocity_mps.normalized().cross(across);
+  const auto value_at = [&](double part) {
+    const double turned = part * motion.velocity_mps.squaredNorm();  // a.d
+    const double c_m =
+        (turned - motion.acceleration_mps2.dot(d_m)) * half_s * half_s / (3.0 * across_m);
+    const std::array<double, 9> x{0, 0, c_m * across.x(), 0, 0, c_m * across.y(), 0, 0, 0};
+    const Eigen::Vector3d p_m = motion.position_m - 0.5 * c_m * across + d_m;
+    LookEvaluation at;
+    return model.ValueOf({0, columns, p_m, Eigen::Vector3d::Zero(), x.data()}, {}, &at);
+  };
+  EXPECT_EQ(value_at(0.979), LookValue::kGiven);
+  EXPECT_EQ(value_at(0.981), LookValue::kNoCrossing);
 }
 
 }  // namespace

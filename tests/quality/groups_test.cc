@@ -12,6 +12,7 @@
 #include "quality/verdict_tests.h"
 #include "support/dense_normals.h"
 #include "support/joint_priors.h"
+#include "support/scene_blocks.h"
 #include "support/small_blocks.h"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -119,6 +120,31 @@ TEST(GroupsTest, WidePriorsDiluteNothing) {
   EXPECT_LT(GroupOf(wide, "all").factor(), wide.sigma0_squared);
   const AdjustResult good = Adjust(BlockWithControl(45).block, WithPriors_m(2900.0, 1700.0));
   EXPECT_THAT(good.assessment.reasons, IsEmpty());
+}
+
+// A spline of 48 coefficients an axis under priors of 1,000 m, where the flights are 30 to 100 m
+// off: check points are nearer than expected, which is said and is no mistake of the block. Where
+// looks are better than stated it is one.
+TEST(GroupsTest, WidePriorsFailNoCheckPoints) {
+  test::SceneBlock made = test::SimulatedSceneBlock(
+      "scenes",
+      "convergent-squint",
+      {"seed=619300", "points.count=40", "control.count=9", "control.layout=\"perimeter\""});
+  PositionCorrection spline;
+  spline.basis = PositionCorrection::Basis::kSpline;
+  spline.knot_spacing_s = 5.0;
+  spline.prior_sigma_m.fill({1000.0});
+  made.options.groups = {{"position", spline, {}, false}};
+  const auto of_checks = HasSubstr("check points: errors are");
+  const AdjustResult wide = Adjust(made.block, made.options);
+  EXPECT_LT(wide.assessment.checks.chi_square, wide.assessment.checks.chi_square_interval.lower);
+  EXPECT_THAT(wide.assessment.reasons, IsEmpty());
+  EXPECT_THAT(wide.warnings,
+              Contains(AllOf(of_checks, HasSubstr("times wider than what came out"))));
+  const test::SceneBlock better = test::SimulatedSceneBlock(
+      "scenes", "convergent-squint", {"seed=619300", "looks.noise_scale=0.2", "check.count=100"});
+  EXPECT_THAT(Adjust(better.block, better.options).assessment.reasons,
+              Contains(AllOf(of_checks, HasSubstr("standard deviations are stated too large"))));
 }
 
 // Paths 31 m off beside priors of 3 m: the first reason names the terms and how many times too
