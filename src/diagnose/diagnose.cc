@@ -762,7 +762,11 @@ std::optional<Diagnosis> ExplainFailure(const Block& block,
                                         const std::vector<std::string>& warnings,
                                         AdjustResult* result,
                                         ProgressSink* progress) {
-  if (result->assessment.verdict == Verdict::kAccepted) return std::nullopt;
+  const Assessment& assessment = result->assessment;
+  if (assessment.verdict == Verdict::kAccepted) return std::nullopt;
+  if (result->status == AdjustStatus::kNotConverged && assessment.reasons.size() == 1) {
+    return std::nullopt;
+  }
   Diagnosis diagnosis = Diagnose(block, options, progress);
   for (const std::string& remark : RemarksBeside(warnings, diagnosis)) Warn(result, remark);
   const std::vector<std::string> causes = diagnosis.Sentences();

@@ -3,14 +3,14 @@
 """What the program says of good blocks under the corrections that users choose.
 
     tests/choices/choices.py PROGRAM -o FOLDER [--seeds 0,1] [--scenes uav,moon-alse] [--only REGEX] [--biases all]
-                             [--processes] [--engines] [--jobs 2]
+                             [--processes] [--engines] [--points 40] [--knots 16] [--jobs 2]
 
 Ten ideal and four recorded scenes of datasets/scenes with 400 to 600 points, none of them with a mistake. Each is
 adjusted with 22 choices: no corrections; polynomials of degree 0, 1, 2 and 4 and splines of eight knots in the longest
 strip, with priors of 10, 100 and 1,000 m on each axis; degree 1 and splines with a range and a time bias too, with
 --biases all every choice but none; with --processes splines whose priors are a Gauss-Markov process of five knots and a
-random walk too. With --engines each is adjusted by engine=ceres as well, and the largest difference
-of a point is printed, in its standard deviations along an axis.
+random walk too. --points and --knots ask for other numbers of points and of knots. With --engines each is adjusted by
+engine=ceres as well, and the largest difference of a point is printed, in its standard deviations along an axis.
 
 What is so is known from truth_passes.csv, apart from the program: the errors of the recorded paths in track axes,
 fitted by least squares in the terms of the choice.
@@ -21,7 +21,8 @@ fitted by least squares in the terms of the choice.
     holds    none of these: a good block that is to be accepted
 
 Printed are a line per adjustment (verdict, largest error over its prior, what the terms leave, s0^2, mean normalised
-square of the points' true errors, iterations, first cause), a table of the four kinds, and how far points and time biases are off
+square of the points' true errors, iterations, first cause), a table of the four kinds, how many solutions that did not
+converge name a look without a value as the reason, and how far points and time biases are off
 where the program warns of curvature and where it does not; FOLDER/choices.json has the same. Seed 0 is that of the
 scene. Python 3.9 and numpy. Not a test of its own: it measures how often, in minutes;
 tests/diagnose/choices_test.cc holds a part of it."""
@@ -67,10 +68,10 @@ def rows(path):
         yield from csv.DictReader(line for line in file if not line.startswith("#"))
 
 
-def simulate(program, scene, seed, folder):
+def simulate(program, scene, seed, points, folder):
     path = SCENES / ("recorded" if scene in RECORDED else "") / f"{scene}.toml"
-    points = int(re.search(r"\[points\]\s*\ncount = (\d+)", path.read_text(encoding="utf-8"))[1])
-    values = [f"points.count={min(max(points, 400), 600)}"] + ([f"seed={seed}"] if seed else [])
+    shipped = int(re.search(r"\[points\]\s*\ncount = (\d+)", path.read_text(encoding="utf-8"))[1])
+    values = [f"points.count={points or min(max(shipped, 400), 600)}"] + ([f"seed={seed}"] if seed else [])
     folder.parent.mkdir(parents=True, exist_ok=True)
     subprocess.run([program, "simulate", path, "-o", folder, "--quiet", *(word for value in values for word in ("--set", value))],
                    check=True, capture_output=True)
@@ -137,7 +138,7 @@ def kind_of(terms, largest, left_m):
     return "tight" if largest > TIGHT else "degree" if left_m >= LEFT_M else "holds"
 
 
-def block_text(block, errors, terms, prior_m, biases):
+def block_text(block, errors, terms, prior_m, biases, knots):
     """block.toml with other corrections."""
     text, kept = [], True
     for line in (block / "block.toml").read_text(encoding="utf-8").splitlines():
@@ -147,7 +148,7 @@ def block_text(block, errors, terms, prior_m, biases):
             text.append(line)
     if terms is None:
         return "\n".join([*text, "[adjust]", 'corrections = "none"', ""])
-    spacing_s = max(of["last_s"] - of["first_s"] for of in errors.values()) / 7
+    spacing_s = max(of["last_s"] - of["first_s"] for of in errors.values()) / (knots - 1)
     text += ["[adjust]", 'corrections = "given"', "[adjust.correction.position]", 'axes = "track"',
              *(['basis = "spline"', f"knot_spacing_s = {spacing_s!r}"] if terms in SPLINES
                else ['basis = "polynomial"', f"degree = {terms}"]),
@@ -224,27 +225,28 @@ def run(program, folder, result, *options):
     return {"verdict": summary["verdict"], "cause": cause, "reason": reasons[0] if reasons else "",
             "curvature": max((abs(of["curvature"]) for of in summary.get("curvatures", [])), default=0.0),
             "sigma0_squared": summary["sigma0_squared"], "iterations": summary["iterations"],
-            "converged": not any(reason.startswith("not converged") for reason in reasons)}
+            "converged": not any(reason.startswith("not converged") for reason in reasons),
+            "held": any("has no value: " in reason for reason in reasons)}
 
 
-def adjust(program, block, errors, choice, engines, folder):
+def adjust(options, block, errors, choice, folder):
     name, terms, prior_m, biases = choice
     folder = folder / name
     folder.mkdir(parents=True, exist_ok=True)
     for file in block.iterdir():
         if file.name not in ("block.toml", ".sarblock-written") and not (folder / file.name).exists():
             (folder / file.name).symlink_to(file.resolve())
-    (folder / "block.toml").write_text(block_text(block, errors, terms, prior_m, biases), encoding="utf-8")
+    (folder / "block.toml").write_text(block_text(block, errors, terms, prior_m, biases, options.knots), encoding="utf-8")
     result = folder / "result"
     largest, left_m = compared_with_truth(errors, terms, prior_m)
     out = {"choice": name, "kind": kind_of(terms, largest, left_m), "error_over_prior": largest, "left_m": left_m,
-           **run(program, folder, result)}
+           **run(options.program, folder, result)}
     if out["verdict"] != "refused":
         out["normalised_square"] = mean_normalised_square(block, result)
         if biases:
             out["time_biases"] = time_biases(result)
-    if engines:
-        out["ceres"] = run(program, folder, folder / "ceres", "--set", "engine=ceres")
+    if options.engines:
+        out["ceres"] = run(options.program, folder, folder / "ceres", "--set", "engine=ceres")
         if "refused" not in (out["verdict"], out["ceres"]["verdict"]):
             out["apart_sigmas"] = apart(result, folder / "ceres")
     return out
@@ -259,6 +261,8 @@ def report(results):
         iterations = [result["iterations"] for result in of if "iterations" in result]
         print(f"{kind:9}{len(of):7}{accepted:10}{sum(not result.get('converged', True) for result in of):15}{right:19}"
               f"{sum(n > 12 for n in iterations):21}{max(iterations, default=0):6}")
+    ended = [result for result in results if not result.get("converged", True)]
+    print(f"not converged: {len(ended)}, {sum(result['held'] for result in ended)} of them name a look without a value")
     for scene in dict.fromkeys(result["scene"] for result in results):
         for warned in (False, True):
             of = [result for result in results if result["scene"] == scene and result["kind"] == "holds"
@@ -293,6 +297,8 @@ def main():
     parser.add_argument("--biases", choices=BIASES, default="some")
     parser.add_argument("--engines", action="store_true")
     parser.add_argument("--processes", action="store_true")
+    parser.add_argument("--points", type=int, default=0)
+    parser.add_argument("--knots", type=int, default=8)
     parser.add_argument("--jobs", type=int, default=2)
     options = parser.parse_args()
     results = []
@@ -300,12 +306,12 @@ def main():
         for scene in options.scenes.split(","):
             block = options.folder / "blocks" / f"{scene}-{seed}"
             if not block.exists():
-                simulate(options.program, scene, seed, block)
+                simulate(options.program, scene, seed, options.points, block)
             errors = path_errors(block)
             asked = [choice for choice in choices(BIASES[options.biases], options.processes) if re.match(options.only, choice[0])]
             folder = options.folder / "adjusted" / f"{scene}-{seed}"
             with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
-                done = pool.map(lambda choice: adjust(options.program, block, errors, choice, options.engines, folder), asked)
+                done = pool.map(lambda choice: adjust(options, block, errors, choice, folder), asked)
                 for result in done:
                     result.update(scene=scene, seed=seed)
                     results.append(result)

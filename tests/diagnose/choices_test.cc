@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "support/scene_blocks.h"
@@ -18,6 +19,8 @@
 namespace sarblock {
 namespace {
 
+using testing::AllOf;
+using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
@@ -141,6 +144,23 @@ TEST(ChoicesTest, FlightsWithoutCorrectionsAreSaidToNeedThem) {
     const Explained none = Explain(MadeScene(name).block, {});
     EXPECT_EQ(none.cause(), "model.missing") << name << ": " << none.first();
   }
+}
+
+// A spline so free that no solution is found, while residuals are those of a good block: no mistake
+// of the input is named for it. The diagnosis alone, whose solutions end far off, blames a point.
+TEST(ChoicesTest, TooFreeAFlightIsNoMistakeOfAPoint) {
+  const test::SceneBlock scene =
+      test::SimulatedSceneBlock("scenes", "opposite-side", {"seed=1", "points.count=40"});
+  AdjustOptions options = Polynomial(0, 1000.0);
+  auto& spline = std::get<PositionCorrection>(options.groups.front().model);
+  spline.basis = PositionCorrection::Basis::kSpline;
+  spline.knot_spacing_s = 6.44;
+  const Explained of = Explain(scene.block, options);
+  EXPECT_EQ(of.result.status, AdjustStatus::kNotConverged);
+  EXPECT_THAT(of.result.assessment.reasons,
+              ElementsAre(AllOf(HasSubstr("not converged: "), HasSubstr(" has no value: "))));
+  EXPECT_THAT(of.diagnosis.explanations, IsEmpty());
+  EXPECT_THAT(Diagnose(scene.block, options).explanations, Not(IsEmpty()));
 }
 
 // Noise alone: twice what is stated, which an explanation cures.

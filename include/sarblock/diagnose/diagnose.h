@@ -42,8 +42,9 @@ struct DiagnosisBounds {
                                  const DiagnosisBounds& bounds = {});
 
 /// The diagnosis of a block whose result is not accepted or fails a test; nothing where all is
-/// well. Its sentences become the first reasons of the verdict, its remarks
-/// warnings of the result unless `warnings`, those of reading the block, have them already.
+/// well, or the only reason is that the solution did not converge: a mistake shows in tests. Its
+/// sentences become the first reasons of the verdict, its remarks warnings of the result unless
+/// `warnings`, those of reading the block, have them already.
 std::optional<Diagnosis> ExplainFailure(const Block& block,
                                         const AdjustOptions& options,
                                         const std::vector<std::string>& warnings,
