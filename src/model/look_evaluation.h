@@ -78,7 +78,7 @@ struct LookCurvature {
 enum class LookValue : std::uint8_t {
   kGiven,
   kBeyondPath,  ///< time plus bias lie beyond an end of the path by more than the path's length
-  kNoCrossing,  ///< the cone never passes over the point, or with less than a fiftieth of the speed
+  kNoCrossing,  ///< the cone passes over the point never or too slowly; the antenna is at the point
   kNotAbove,    ///< under a troposphere: the line of sight is level at the target, or rises
   kNotFinite,   ///< overflow
 };
