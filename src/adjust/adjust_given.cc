@@ -363,8 +363,8 @@ void SearchForGroup(const AdjustOptions& options,
 
 /// Solution and search as requested; if they contradict themselves, or there is no solution, by
 /// consensus. Returns the options of the solution: a consensus replaces a loss.
-/// `unsettled`: why there is no solution where there is no consensus either, else kNone: a later
-/// solution may be another minimum.
+/// `unsettled`: how the solution contradicts itself where no consensus settles it, else kNone; a
+/// later solution may be another minimum.
 AdjustOptions SolveAndSearch(const AdjustOptions& asked,
                              const Solution& solution,
                              ProgressSink* progress,

@@ -102,7 +102,7 @@ class ReducedSystem {
 
   [[nodiscard]] double cost() const { return cost_; }
   [[nodiscard]] int looks_not_evaluated() const { return looks_not_evaluated_; }
-  /// The first point with such a look; PointTotals::kNoPoint where there is none.
+  /// Index of the first point that has a look without a value; PointTotals::kNoPoint if none has.
   [[nodiscard]] std::size_t first_not_evaluated() const { return first_not_evaluated_; }
   /// Looks that read a path continued beyond its ends: allowed on the way, not at a solution.
   [[nodiscard]] int looks_beyond_path() const { return looks_beyond_path_; }

@@ -538,28 +538,30 @@ std::optional<double> WidthOfPriors(const AdjustOptions& options, const AdjustRe
   return std::nullopt;
 }
 
-/// `width`: of the priors (WidthOfPriors).
+/// `width`: of priors that explain why errors are smaller than predicted (WidthOfPriors).
 std::string CheckReason(const AdjustOptions& options,
                         const CheckSummary& checks,
                         std::optional<double> width) {
   if (checks.components == 0 || checks.realistic()) return {};
-  const bool large = checks.chi_square > checks.chi_square_interval.upper;
-  const std::string pessimistic =
-      !width ? "standard deviations are stated too large"
-             : Format(
-                   "priors of the corrections that are %.3g times wider than what came out make "
-                   "standard deviations of points too large",
-                   *width);
+  std::string why = "standard deviations are stated too large";
+  if (checks.chi_square > checks.chi_square_interval.upper) {
+    why =
+        "errors of the flights without a correction, or check points of another frame or source "
+        "than the control points";
+  } else if (width) {
+    why = Format(
+        "priors of the corrections that are %.3g times wider than what came out make standard "
+        "deviations of points too large",
+        *width);
+  }
   return Format(
              "check points: errors are %.3g times as large as predicted where %.3g to %.3g is "
-             "expected (%.4g %%)",
+             "expected (%.4g %%): ",
              checks.error_ratio,
              checks.error_ratio_interval.lower,
              checks.error_ratio_interval.upper,
              100.0 * LevelOfOneTest(options.test_level)) +
-         (large ? ": errors of the flights without a correction, or check points of another frame "
-                  "or source than the control points"
-                : ": " + pessimistic);
+         why;
 }
 
 /// "range of S5 at T697", or the component of a control point.
@@ -640,11 +642,10 @@ void Assess(const Block& block, const AdjustOptions& options, AdjustResult* resu
   if (result->status == AdjustStatus::kPredicted) return;
   const PriorFindings priors = TestPriors(*result, options.test_level);
   // Errors below what wide priors let expect are no mistake of the block.
-  const std::optional<double> width = WidthOfPriors(options, *result);
+  const bool nearer = out.checks.chi_square < out.checks.chi_square_interval.lower;
+  const std::optional<double> width = nearer ? WidthOfPriors(options, *result) : std::nullopt;
   std::string of_checks = CheckReason(options, out.checks, width);
-  if (width && out.checks.chi_square < out.checks.chi_square_interval.lower) {
-    Warn(result, std::exchange(of_checks, {}));
-  }
+  if (width) Warn(result, std::exchange(of_checks, {}));
   for (std::string& reason :
        std::array<std::string, 6>{priors.reason,
                                   gross ? std::string() : GlobalTestReason(options, *result),

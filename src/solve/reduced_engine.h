@@ -30,8 +30,8 @@ struct SolveReport {
   /// Newton decrement at the end in sigmas, steps to come included.
   double decrement = 0.0;
   std::string message;
-  /// The last look without a value where a step led to (WhyNoValue), until a step that is nearly
-  /// undamped is taken; of SolveReduced. Its cure is not more iterations.
+  /// The look that had no value where a refused step led, in words (WhyNoValue); empty once a
+  /// nearly undamped step is taken; of SolveReduced. More iterations do not help.
   std::string held_by;
 };
 

@@ -44,9 +44,10 @@ TEST(WarningsTest, TimesSoLargeThatTheirRoundingCountsAreWarnedOf) {
               Contains(HasSubstr("rounding of double precision")));
 }
 
-// A good block whose spline may bend the flights as it likes: 100 m from one coefficient to the
-// next in 5 s are 20 m/s^2, where 1.6 m/s^2 turn the cone with a point in 20 km. Steps end where a
-// look has no value; knots of 20 s determine the same block.
+// A good block whose spline may bend the flights as it likes: with 100 m on each coefficient and
+// knots 5 s apart its acceleration has the standard deviation sqrt(6) 100 m / (5 s)^2 = 9.8 m/s^2,
+// where 1.6 m/s^2 turn the cone of an aircraft of 180 m/s with a point at 20 km. Steps end where a
+// look has no value; with knots 20 s apart the same block is determined.
 TEST(WarningsTest, TheLookWhoseConeTurnsWithItsPointIsNamed) {
   const test::SceneBlock made = test::SimulatedSceneBlock(
       "scenes", "cross-wise", {"seed=2", "points.count=15", "check.count=5"});

@@ -122,9 +122,9 @@ TEST(GroupsTest, WidePriorsDiluteNothing) {
   EXPECT_THAT(good.assessment.reasons, IsEmpty());
 }
 
-// A spline of 48 coefficients an axis under priors of 1,000 m, where the flights are 30 to 100 m
-// off: check points are nearer than expected, which is said and is no mistake of the block. Where
-// looks are better than stated it is one.
+// A spline with knots 5 s apart under priors of 1,000 m, where the flights are off by 10 to 50 m:
+// check points are nearer than expected, which is said and is no mistake of the block. Where looks
+// are better than stated it is one.
 TEST(GroupsTest, WidePriorsFailNoCheckPoints) {
   test::SceneBlock made = test::SimulatedSceneBlock(
       "scenes",
